@@ -1,0 +1,6 @@
+"""`python -m quavsweep`."""
+
+from quavsweep.cli import main
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Pure functions on arrays: equilibria and certificates."""

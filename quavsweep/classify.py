@@ -1,0 +1,193 @@
+"""Evidence to regions: pure NumPy on what is stored, so thresholds can change without a new integration.
+
+Windows of time are whole segments, because the total growth is stored at their ends. The rules:
+
+- sink: the certificate says so; its exponents are the real parts of the eigenvalues, without error;
+- unbounded: the orbit left the model's bound;
+- saddle: the orbit sits on an equilibrium with an eigenvalue to the right of zero;
+- chaos: the largest exponent is positive beyond its error in the last half and in the last quarter of the duration;
+- periodic: it is neutral in both;
+- undecided: anything else.
+
+An exponent L over a time T is positive if L > max(`errors` standard errors, `neutral` / T), and neutral if
+|L| <= `neutral` / T: along a bounded orbit ln of the growth in the direction of the flow stays bounded, so the
+neutral exponent falls as 1/T. A large error never makes an exponent neutral.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quavsweep.codes import Certificate, Region, Status
+from quavsweep.config import Sweep
+from quavsweep.integrate import Evidence
+from quavsweep.measures import REGION_VARIABLE, STATUS_VARIABLE, Variable
+
+FEWEST_BATCHES = 4  # below so many a standard error means nothing
+
+_STATE = (
+    Variable("settle_time", (), "float64", "time", "last look outside the certified neighbourhood, from t = 0"),
+    Variable("time_used", (), "float64", "time", "time integrated, from t = 0"),
+    Variable("final_state", ("state",), "float64", "state", "state at the end"),
+    Variable("equilibrium", ("state",), "float64", "state", "equilibrium in which the orbit ends"),
+    Variable("eigenvalue_re", ("state",), "float64", "1/time", "real parts of the eigenvalues there"),
+    Variable("eigenvalue_im", ("state",), "float64", "1/time", "imaginary parts of the eigenvalues there"),
+)
+_LYAPUNOV = (
+    Variable("lyapunov", ("exponent",), "float64", "1/time", "Lyapunov exponents, exact where certified"),
+    Variable("lyapunov_raw", ("exponent",), "float64", "1/time", "Lyapunov exponents averaged after the transient"),
+    Variable("lyapunov_se", ("exponent",), "float64", "1/time", "standard error of lyapunov, 0 where certified"),
+    Variable("was_chaotic", (), "int8", "1", "whether the orbit was chaotic at some time (1) or not (0)"),
+)
+
+
+def result_variables(sweep: Sweep) -> tuple[Variable, ...]:
+    """Return what `classify` gives for each cell of a sweep."""
+    lyapunov = _LYAPUNOV if sweep.measures.lyapunov else ()
+    return (REGION_VARIABLE, STATUS_VARIABLE, *lyapunov, *_STATE)
+
+
+def classify(sweep: Sweep, evidence: Evidence) -> dict[str, np.ndarray]:
+    """Return region, exponents and times of the cells of some evidence.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        For its clock and thresholds.
+    evidence : dict of (n, ...) arrays
+
+    Returns
+    -------
+    dict of (n, ...) arrays, one per variable of `result_variables`.
+    """
+    status, certificate = evidence["status"], evidence["certificate"]
+    sink = certificate == Certificate.SINK
+    dt = sweep.clock.dt
+    result = {
+        "status": status,
+        "time_used": evidence["steps"] * dt,
+        "settle_time": np.where(sink, evidence["settled_steps"] * dt, np.nan),
+        "final_state": evidence["state"],
+        "equilibrium": evidence["equilibrium"],
+        "eigenvalue_re": evidence["eigenvalue_re"],
+        "eigenvalue_im": evidence["eigenvalue_im"],
+    }
+    computed = (status != Status.NOT_COMPUTED) & (status != Status.FAILED)
+    region = np.where(computed, Region.UNDECIDED, Region.NONE)
+    if sweep.measures.lyapunov:
+        exponents = _Exponents(sweep, evidence)
+        result |= _lyapunov(exponents, evidence, sink)
+        over = status == Status.TIME_OVER
+        region[over & exponents.chaotic] = Region.CHAOS
+        region[over & exponents.periodic] = Region.PERIODIC
+        result["was_chaotic"] = (exponents.was_chaotic | (region == Region.CHAOS)).astype(np.int8)
+    resting = certificate == Certificate.REST
+    region[resting & (evidence["eigenvalue_re"][:, 0] > 0)] = Region.SADDLE
+    region[resting & ~(evidence["eigenvalue_re"][:, 0] > 0)] = Region.UNDECIDED
+    region[status == Status.DIVERGED] = Region.UNBOUNDED
+    region[sink] = Region.SINK
+    result["region"] = region.astype(np.int8)
+    return {v.name: np.asarray(result[v.name], dtype=v.dtype) for v in result_variables(sweep)}
+
+
+def _lyapunov(exponents: _Exponents, evidence: Evidence, sink: np.ndarray) -> dict[str, np.ndarray]:
+    """Return raw exponents, and those that certificates replaced, with errors."""
+    raw, error = exponents.average(exponents.transient, exponents.used)
+    exact = evidence["eigenvalue_re"][:, : raw.shape[1]]
+    return {
+        "lyapunov": np.where(sink[:, None], exact, raw),
+        "lyapunov_raw": raw,
+        "lyapunov_se": np.where(sink[:, None], 0.0, error),
+    }
+
+
+@dataclass(frozen=True)
+class _Exponents:
+    """Averages of the stored growth over windows of whole segments, per cell."""
+
+    sweep: Sweep
+    evidence: Evidence
+
+    @property
+    def used(self) -> np.ndarray:
+        """Segments integrated with finite growth, (n,); none where the orbit diverged or the frame degenerated."""
+        status = self.evidence["status"]
+        bad = (status == Status.DIVERGED) | (status == Status.FRAME_DEGENERATE)
+        return np.where(bad, 0, self.evidence["steps"] // self.sweep.clock.segment_steps)
+
+    @property
+    def transient(self) -> np.ndarray:
+        """Segments before averaging begins, (n,)."""
+        return np.full(self.evidence["status"].shape, self.sweep.clock.transient_segments)
+
+    def average(self, first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return exponents over the segments first .. last - 1 and their standard errors, (n, K) each.
+
+        NaN where the window is empty; the error is infinite where it has too few batches. The error is that of the
+        mean of independent batches.
+        """
+        clock, total = self.sweep.clock, self.evidence["growth_total"]
+        cells = np.arange(total.shape[0])
+        empty = last <= first
+        end = np.where(empty[:, None], np.nan, total[cells, np.maximum(last, 1) - 1])
+        begin = np.where((first > 0)[:, None], total[cells, np.maximum(first, 1) - 1], 0.0)
+        span = np.where(empty, 1, last - first)[:, None] * clock.segment_steps * clock.dt
+        rates = self.evidence["growth"].astype(np.float64) / (clock.batch_steps * clock.dt)
+        batch = np.arange(rates.shape[1])
+        inside = (batch >= (first * clock.segment_batches)[:, None]) & (batch < (last * clock.segment_batches)[:, None])
+        count = np.maximum(inside.sum(axis=1), 1)[:, None]
+        kept = np.where(inside[:, :, None], rates, 0.0)
+        spread = np.where(inside[:, :, None], rates - (kept.sum(axis=1) / count)[:, None, :], 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.sqrt((spread * spread).sum(axis=1) / (count - 1) / count)
+        error = np.where(count < FEWEST_BATCHES, np.inf, error)
+        return (end - begin) / span, np.where(empty[:, None], np.nan, error)
+
+    def positive(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        """Whether the largest exponent is positive beyond its error over a window, (n,) bool."""
+        rates, errors = self.average(first, last)
+        limit = np.maximum(self.sweep.config.classify.errors * errors[:, 0], self._zero(first, last))
+        return np.asarray(rates[:, 0] > limit)
+
+    def neutral(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        """Whether the largest exponent is zero as far as a window can tell, (n,) bool."""
+        return np.asarray(np.abs(self.average(first, last)[0][:, 0]) <= self._zero(first, last))
+
+    def _zero(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        clock = self.sweep.clock
+        return self.sweep.config.classify.neutral / (np.maximum(last - first, 1) * clock.segment_steps * clock.dt)
+
+    def _ends(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return the last half and the last quarter of the duration."""
+        length = self.used - self.transient
+        return [(self.used - np.maximum(length // part, 1), self.used) for part in (2, 4)]
+
+    @property
+    def chaotic(self) -> np.ndarray:
+        """Positive in the last half and the last quarter, (n,) bool."""
+        return np.logical_and.reduce([self.positive(*window) for window in self._ends()])
+
+    @property
+    def periodic(self) -> np.ndarray:
+        """Neutral in the last half and the last quarter, (n,) bool."""
+        return np.logical_and.reduce([self.neutral(*window) for window in self._ends()])
+
+    @property
+    def was_chaotic(self) -> np.ndarray:
+        """Positive over some time from the second segment on, and still in the second half of that time, (n,) bool.
+
+        The first segment is left out, for a start near a saddle grows once. Where the orbit settled, only the time
+        before counts.
+        """
+        steps = self.sweep.clock.segment_steps
+        settled = self.evidence["certificate"] == Certificate.SINK
+        limit = np.where(settled, self.evidence["settled_steps"] // steps, self.used)
+        first = np.ones_like(limit)
+        found = np.zeros(limit.shape, dtype=bool)
+        for last in range(3, int(limit.max(initial=0)) + 1):
+            end = np.full_like(limit, last)
+            half = first + (end - first) // 2
+            found |= (last <= limit) & self.positive(first, end) & self.positive(half, end)
+        return found

@@ -1,0 +1,236 @@
+"""The tile loop: advance a segment, look at the cells, drop those that ended, repack, repeat. Tile in, evidence out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from quavsweep.analysis.certificate import examine
+from quavsweep.codes import Certificate, Status
+from quavsweep.config import Clock, Sweep
+from quavsweep.errors import StoppedError
+from quavsweep.grid import Tile
+from quavsweep.kernels.compiler import make_advance
+from quavsweep.kernels.layout import Layout
+from quavsweep.kernels.lookup import make_program
+from quavsweep.kernels.method import ButcherTable
+from quavsweep.kernels.printer import step_operations
+from quavsweep.kernels.program import Program
+from quavsweep.measures import Variable
+
+LOG_STEPS = 400  # a step of RK4 shrinks a vector to no less than 0.27, and 0.27**400 does not underflow
+LONGEST_CALL = 0.3  # s, so that a stop is answered soon
+OPERATION_NS = 0.04  # time of one operation of the step in one lane, from the cost of the printed kernels
+
+Evidence = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All that integrating a tile needs, ready to run.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    program : Program
+    layout : Layout
+    advance : callable
+        The compiled kernel.
+    """
+
+    sweep: Sweep
+    program: Program
+    layout: Layout
+    advance: Callable[..., None]
+
+    @property
+    def clock(self) -> Clock:
+        """Lengths of time in steps."""
+        return self.sweep.clock
+
+    @property
+    def method(self) -> ButcherTable:
+        """The Runge-Kutta table."""
+        return self.sweep.method
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """What the evidence holds."""
+        return self.sweep.measures.evidence
+
+    @property
+    def step_ns(self) -> float:
+        """Estimated time of one step of one cell [ns], the same on every machine."""
+        return OPERATION_NS * step_operations(self.program, self.method, self.layout)
+
+
+def make_plan(sweep: Sweep, lanes: int) -> Plan:
+    """Return the plan of a sweep with a compiled kernel of so many lanes."""
+    program = make_program(sweep.model)
+    layout = Layout(program.dimension, sweep.measures.vectors, len(program.coefficients), lanes)
+    return Plan(sweep, program, layout, make_advance(program, sweep.method, layout))
+
+
+def generic_frame(dimension: int, vectors: int) -> np.ndarray:
+    """Return orthonormal vectors that are aligned with no coordinate plane, (K, D).
+
+    A frame along the axes would never leave an invariant subspace and miss exponents; this one is the reflection
+    I - 2 v v^T / v^T v with v_i the square roots of 1, 2, 3 ...
+    """
+    v = np.sqrt(np.arange(1.0, dimension + 1.0))
+    return np.asarray((np.eye(dimension) - 2.0 * np.outer(v, v) / (v @ v))[:vectors])
+
+
+def cell_values(sweep: Sweep, tile: Tile) -> tuple[list[np.ndarray], np.ndarray]:
+    """Return the parameters of a tile's cells, (n,) each in the model's order, and their initial states, (n, D)."""
+    n = len(tile)
+    varied = sweep.grid.coordinates(tile.start, tile.stop)
+    fixed = {**sweep.parameters, **sweep.config.initial}
+    value = {name: varied.get(name, np.full(n, fixed.get(name))) for name in (*fixed, *varied)}
+    parameters = [np.asarray(value[name], dtype=np.float64) for name in sweep.model.parameter_names]
+    return parameters, np.stack([value[name] for name in sweep.model.state_names], axis=1).astype(np.float64)
+
+
+def integrate_tile(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evidence:
+    """Integrate the cells of a tile and return their evidence.
+
+    Parameters
+    ----------
+    plan : Plan
+    tile : Tile
+    stopped : callable
+        Asked between calls of the kernel, which take at most 0.3 s each.
+
+    Returns
+    -------
+    dict of arrays
+        One per variable of `plan.variables`, (n, ...) each. A cell's numbers do not depend on its tile.
+
+    Raises
+    ------
+    StoppedError
+        If `stopped()` became true.
+    """
+    clock, layout, n = plan.clock, plan.layout, len(tile)
+    evidence = {v.name: v.empty(n, plan.sweep.extents) for v in plan.variables}
+    evidence["cell"][:] = np.arange(tile.start, tile.stop)
+    evidence["status"][:] = Status.TIME_OVER
+    parameters, u = cell_values(plan.sweep, tile)
+    coefficients = plan.program.coefficient_values(parameters)
+    frame = np.broadcast_to(generic_frame(layout.dimension, layout.vectors), (n, layout.vectors, layout.dimension))
+    alive = np.arange(n)
+    lanes = layout.pack(u, frame, coefficients)
+    totals = np.zeros((n, layout.vectors))
+    for segment in range(clock.segments):
+        batches = []
+        for _ in range(clock.segment_batches):
+            batches.append(_advance_batch(plan, lanes, alive.size, stopped))
+            totals = totals + batches[-1]
+        _record(plan, evidence, alive, layout.state(lanes, alive.size), batches, totals, segment)
+        last = segment == clock.segments - 1
+        ended = _look(plan, evidence, alive, coefficients[:, alive], last)
+        leaving = np.ones_like(ended) if last else ended
+        if layout.vectors and leaving.any():
+            evidence["frame"][alive[leaving]] = layout.frame(lanes, alive.size)[leaving]
+        if leaving.any():
+            frame = layout.frame(lanes, alive.size)[~leaving]
+            alive, totals = alive[~leaving], totals[~leaving]
+            if not alive.size:
+                break
+            lanes = layout.pack(evidence["state"][alive], frame, coefficients[:, alive])
+    return {name: _canonical(values) for name, values in evidence.items()}
+
+
+def _advance_batch(plan: Plan, lanes: np.ndarray, n: int, stopped: Callable[[], bool]) -> np.ndarray:
+    """Advance all lanes by a batch; return the growth of ln of the tangent vectors, (n, K)."""
+    clock, layout = plan.clock, plan.layout
+    growth = np.zeros((n, layout.vectors))
+    flat, groups = lanes.reshape(-1), lanes.shape[0]
+    most = max(1, LOG_STEPS // clock.block)
+    at_once = max(1, int(1e9 * LONGEST_CALL / (most * clock.block * layout.lanes * plan.step_ns)))
+    for done in range(0, clock.batch_blocks, most):
+        blocks = min(most, clock.batch_blocks - done)
+        for first in range(0, groups, at_once):
+            if stopped():
+                raise StoppedError("the run was stopped")
+            plan.advance(flat, first, min(first + at_once, groups), blocks, clock.block, clock.dt)
+        if layout.vectors:
+            with np.errstate(all="ignore"):
+                growth += np.log(layout.take_stretch(lanes, n))
+    return growth
+
+
+def _record(
+    plan: Plan,
+    evidence: Evidence,
+    alive: np.ndarray,
+    u: np.ndarray,
+    batches: list[np.ndarray],
+    totals: np.ndarray,
+    segment: int,
+) -> None:
+    """Write a segment's state and growth into the evidence."""
+    clock = plan.clock
+    evidence["steps"][alive] = (segment + 1) * clock.segment_steps
+    evidence["state"][alive] = u
+    if plan.layout.vectors:
+        first = segment * clock.segment_batches
+        evidence["growth"][alive, first : first + clock.segment_batches] = np.stack(batches, axis=1)
+        evidence["growth_total"][alive, segment] = totals
+
+
+def _look(plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.ndarray, last: bool) -> np.ndarray:
+    """Look at the living cells after a segment; write what is certain and return which of them have ended."""
+    clock = plan.clock
+    u = evidence["state"][alive]
+    steps = evidence["steps"][alive]
+    finite = np.isfinite(u).all(axis=1)
+    diverged = ~finite | (np.abs(np.where(finite[:, None], u, 0.0)) > plan.sweep.model.bound).any(axis=1)
+    degenerate = np.zeros_like(diverged)
+    if plan.layout.vectors:
+        segment = int(steps[0]) // clock.segment_steps - 1
+        degenerate = ~np.isfinite(evidence["growth_total"][alive, segment]).all(axis=1) & ~diverged
+        void = alive[diverged | degenerate]
+        evidence["growth"][void, segment * clock.segment_batches :] = np.nan
+        evidence["growth_total"][void, segment:] = np.nan
+    evidence["status"][alive[diverged]] = Status.DIVERGED
+    evidence["status"][alive[degenerate]] = Status.FRAME_DEGENERATE
+    ended = diverged | degenerate
+    open_ = np.flatnonzero(~ended & (evidence["certificate"][alive] == Certificate.NONE))
+    if open_.size:
+        ends = examine(plan.program, plan.method, clock.dt, u[open_], coefficients[:, open_])
+        _certify(evidence, alive[open_], ends.inside, Certificate.SINK, ends.equilibrium, ends.eigenvalues)
+        settled = alive[open_[ends.inside]]
+        evidence["certified_steps"][settled] = steps[open_[ends.inside]]
+        evidence["settled_steps"][settled] = steps[open_[ends.inside]] - clock.segment_steps
+        if plan.sweep.config.stop_early:
+            evidence["status"][settled] = Status.ENDED_SINK
+            ended[open_[ends.inside]] = True
+        if last:
+            resting = ends.resting & ~ends.inside
+            _certify(evidence, alive[open_], resting, Certificate.REST, ends.equilibrium, ends.eigenvalues)
+    return ended
+
+
+def _certify(
+    evidence: Evidence,
+    cells: np.ndarray,
+    which: np.ndarray,
+    certificate: Certificate,
+    equilibrium: np.ndarray,
+    eigenvalues: np.ndarray,
+) -> None:
+    """Write a certificate, its equilibrium and eigenvalues for some cells."""
+    evidence["certificate"][cells[which]] = certificate
+    evidence["equilibrium"][cells[which]] = equilibrium[which]
+    evidence["eigenvalue_re"][cells[which]] = eigenvalues[which].real
+    evidence["eigenvalue_im"][cells[which]] = eigenvalues[which].imag
+
+
+def _canonical(values: np.ndarray) -> np.ndarray:
+    """Return values whose NaN and zero have one bit pattern, since the processor's choice may vary."""
+    if values.dtype.kind != "f":
+        return values
+    return np.where(np.isnan(values), np.array(np.nan, values.dtype), values + values.dtype.type(0))

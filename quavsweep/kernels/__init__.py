@@ -1,0 +1,1 @@
+"""From equations to a compiled step: Program, methods, printing, compiling."""

@@ -1,0 +1,53 @@
+"""Compiling printed sources with numba."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import sys
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from quavsweep.kernels.cache import cache_folder, write_once
+from quavsweep.kernels.layout import Layout
+from quavsweep.kernels.method import ButcherTable
+from quavsweep.kernels.printer import print_kernel
+from quavsweep.kernels.program import Program
+
+def default_lanes() -> int:
+    """Return the number of lanes for this CPU, from a table, never from a clock."""
+    return 16
+
+
+def make_advance(program: Program, method: ButcherTable, layout: Layout) -> Callable[..., None]:
+    """Return the compiled `advance(lanes, first, last, n_blocks, block, dt)`; see `print_kernel`.
+
+    The source file is named by the hash of its content, so numba's disk cache, which looks at one file only, is safe.
+    """
+    return _load(print_kernel(program, method, layout))
+
+
+@cache
+def _load(source: str) -> Callable[..., None]:
+    digest = hashlib.sha256(source.encode()).hexdigest()
+    name = f"kernel_{digest[:32]}"
+    path = cache_folder() / f"{name}.py"
+    write_once(path, source)
+    spec = importlib.util.spec_from_file_location(f"quavsweep_cache.{name}", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    advance: Callable[..., None] = module.advance
+    return advance
+
+
+def clear_memory() -> None:
+    """Forget the kernels loaded by this process; the files stay."""
+    _load.cache_clear()
+
+
+def assembly(advance: Any) -> str:
+    """Return the machine code of a compiled kernel as text."""
+    return str(next(iter(advance.inspect_asm().values())))

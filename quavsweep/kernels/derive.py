@@ -1,0 +1,176 @@
+"""Deriving a Program from a model's equations with SymPy: Jacobian, Hessian, hoisted coefficients, shared terms."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import sympy as sp
+
+from quavsweep.errors import ModelError
+from quavsweep.kernels.program import Assignment, Program, Ref
+
+if TYPE_CHECKING:
+    from quavsweep.models import Model
+
+
+def derive(model: Model) -> Program:
+    """Return the program of a model.
+
+    Raises
+    ------
+    ModelError
+        If the equations cannot be evaluated with symbols, or use a function that is not supported.
+    """
+    u = [sp.Symbol(f"u_{name}", real=True) for name in model.state_names]
+    p = [sp.Symbol(f"p_{name}", real=True) for name in model.parameter_names]
+    try:
+        rhs = [sp.nsimplify(value) if isinstance(value, int) else sp.sympify(value) for value in model.rhs(*u, *p)]
+    except (TypeError, sp.SympifyError) as error:
+        raise ModelError(f"its equations cannot be evaluated with symbols: {error}", model.name) from error
+    if len(rhs) != len(u):
+        raise ModelError(f"{len(u)} states but {len(rhs)} derivatives", model.name)
+    jacobian = [[sp.diff(f, x) for x in u] for f in rhs]
+    hessian = [[[sp.diff(f, x) for x in u] for f in row] for row in jacobian]
+    writer = _Writer(model.name, u)
+    flat = [*rhs, *(f for row in jacobian for f in row), *(f for m in hessian for row in m for f in row)]
+    refs = iter(writer.write([writer.hoist(f) for f in flat]))
+    count = range(len(u))
+    return Program(
+        states=tuple(x.name for x in u),
+        parameters=tuple(x.name for x in p),
+        coefficients=writer.used_coefficients(),
+        assignments=tuple(writer.assignments),
+        rhs=tuple(next(refs) for _ in count),
+        jacobian=tuple(tuple(next(refs) for _ in count) for _ in count),
+        hessian=tuple(tuple(tuple(next(refs) for _ in count) for _ in count) for _ in count),
+    )
+
+
+class _Writer:
+    """Turns expressions into assignments; equal subexpressions become one assignment."""
+
+    def __init__(self, where: str, states: list[sp.Symbol]) -> None:
+        self.where = where
+        self.states = states
+        self.coefficients: dict[sp.Expr, sp.Symbol] = {}
+        self.assignments: list[Assignment] = []
+        self.known: dict[tuple[str, tuple[Ref, ...]], str] = {}
+
+    def hoist(self, expression: sp.Expr) -> sp.Expr:
+        """Return the expression with everything that depends on parameters alone behind a coefficient's symbol."""
+        if not expression.has(*self.states):
+            return self._coefficient(expression)
+        if expression.is_polynomial(*self.states):
+            terms = sp.Poly(expression, *self.states).terms()
+            return self._nested({powers: self._coefficient(value) for powers, value in terms})
+        return expression.func(*(self.hoist(argument) for argument in expression.args))
+
+    def _coefficient(self, value: sp.Expr) -> sp.Expr:
+        value = sp.factor(value)
+        if value.is_number:
+            return value
+        return self.coefficients.setdefault(value, sp.Symbol(f"c{len(self.coefficients)}", real=True))
+
+    def _nested(self, terms: dict[tuple[int, ...], sp.Expr]) -> sp.Expr:
+        """Return a polynomial in nested form: the state that most terms share is taken out first."""
+        shared = Counter(i for powers in terms for i, power in enumerate(powers) if power)
+        i, count = max(shared.items(), key=lambda item: (item[1], -item[0]), default=(0, 0))
+        if count < 2:
+            products = (sp.Mul(c, *(u**k for u, k in zip(self.states, powers, strict=True))) for powers, c in terms.items())
+            return sp.Add(*products)
+        inside = {(*w[:i], w[i] - 1, *w[i + 1 :]): c for w, c in terms.items() if w[i]}
+        outside = {w: c for w, c in terms.items() if not w[i]}
+        factored = sp.Mul(self.states[i], self._nested(inside), evaluate=False)
+        return sp.Add(factored, self._nested(outside), evaluate=False) if outside else factored
+
+    def write(self, expressions: list[sp.Expr]) -> list[Ref]:
+        """Write assignments for coefficients and expressions; return where each expression's value is."""
+        values, symbols = list(self.coefficients), list(self.coefficients.values())
+        shared, reduced = sp.cse(values, symbols=sp.numbered_symbols("a"), order="canonical")
+        for symbol, value in shared:
+            self._assign(symbol.name, value)
+        for symbol, value in zip(symbols, reduced, strict=True):
+            self._assign(symbol.name, value)
+        shared, reduced = sp.cse(expressions, symbols=sp.numbered_symbols("s"), order="canonical")
+        for symbol, value in shared:
+            self._assign(symbol.name, value)
+        return [self._ref(value) for value in reduced]
+
+    def used_coefficients(self) -> tuple[str, ...]:
+        """Return the coefficients' names, in order of appearance."""
+        return tuple(symbol.name for symbol in self.coefficients.values())
+
+    def _assign(self, target: str, expression: sp.Expr) -> None:
+        """Write an assignment to a name that later expressions use."""
+        ref = self._ref(expression)
+        if isinstance(ref, str) and self.assignments and self.assignments[-1].target == ref:
+            last = self.assignments.pop()
+            self.known[(last.operation, last.arguments)] = target
+            self.assignments.append(Assignment(target, last.operation, last.arguments))
+        else:
+            self.assignments.append(Assignment(target, "add", (ref, 0.0)))
+
+    def _operation(self, operation: str, *arguments: Ref) -> Ref:
+        key = (operation, arguments)
+        if key not in self.known:
+            self.known[key] = f"t{len(self.known)}"
+            self.assignments.append(Assignment(self.known[key], operation, arguments))
+        return self.known[key]
+
+    def _ref(self, expression: sp.Expr) -> Ref:
+        if expression.is_Symbol:
+            return str(expression.name)
+        if expression.is_number:
+            return float(expression)
+        if expression.is_Add:
+            return self._sum(expression)
+        if expression.is_Mul:
+            return self._product(expression)
+        if expression.is_Pow:
+            return self._power(expression)
+        raise ModelError(
+            f"{type(expression).__name__} cannot be compiled", self.where, "its equations may use + - * / ** and sqrt"
+        )
+
+    def _sum(self, expression: sp.Expr) -> Ref:
+        # A term with a minus sign is subtracted; the sum starts with a term that has none.
+        terms = sorted(expression.args, key=lambda term: bool(term.could_extract_minus_sign()))
+        total = self._ref(terms[0])
+        for term in terms[1:]:
+            if term.could_extract_minus_sign():
+                total = self._operation("sub", total, self._ref(-term))
+            else:
+                total = self._operation("add", total, self._ref(term))
+        return total
+
+    def _product(self, expression: sp.Expr) -> Ref:
+        if expression.args[0] == -1:
+            return self._operation("neg", self._ref(sp.Mul(*expression.args[1:], evaluate=False)))
+        over, under = [], []
+        for factor in expression.args:
+            base, power = factor.as_base_exp()
+            if power.is_Integer and power < 0:
+                under.append(base**-power)
+            else:
+                over.append(factor)
+        product = self._chain(over) if over else 1.0
+        return self._operation("div", product, self._chain(under)) if under else product
+
+    def _chain(self, factors: list[sp.Expr]) -> Ref:
+        product: Any = self._ref(factors[0])
+        for factor in factors[1:]:
+            product = self._operation("mul", product, self._ref(factor))
+        return product  # type: ignore[no-any-return]
+
+    def _power(self, expression: sp.Expr) -> Ref:
+        base, power = expression.args
+        if power == sp.Rational(1, 2):
+            return self._operation("sqrt", self._ref(base))
+        if not power.is_Integer or abs(power) > 16:
+            raise ModelError(f"the power {power} cannot be compiled", self.where, "integers up to 16 and sqrt can")
+        if power < 0:
+            return self._operation("div", 1.0, self._ref(base**-power))
+        half = self._ref(base ** (power // 2))
+        square = self._operation("mul", half, half)
+        return self._operation("mul", square, self._ref(base)) if power % 2 else square

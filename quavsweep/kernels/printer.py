@@ -1,0 +1,179 @@
+"""Printing a Program and a method as the source of one compiled function: a step of W lanes in a straight line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from quavsweep.kernels.layout import Layout
+from quavsweep.kernels.method import ButcherTable
+from quavsweep.kernels.program import Assignment, Program, Ref
+
+# `contract` makes fused multiply-adds, `reassoc` lets sums be regrouped (9.0 -> 7.6 ns per step); full fastmath
+# would make isfinite(nan) true. Bits stay equal for every number of lanes: a test holds that.
+FLAGS = ("contract", "nsz", "arcp", "reassoc")
+
+_HEADER = '''"""Printed by quavsweep; the name of this file is the hash of its content."""
+
+from math import sqrt
+
+from numba import njit
+
+@njit("void(float64[::1], int64, int64, int64, int64, float64)",
+      nogil=True, error_model="numpy", cache=True, fastmath={{{flags}}})
+def advance(lanes, first, last, n_blocks, block, dt):
+'''
+
+_SYMBOLS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
+
+
+def print_kernel(program: Program, method: ButcherTable, layout: Layout) -> str:
+    """Return the source of `advance(lanes, first, last, n_blocks, block, dt)`.
+
+    It advances the groups first .. last - 1 by `n_blocks` blocks of `block` steps of size `dt`, orthonormalises the
+    frame after each block and multiplies the stretching factors up.
+
+    The loop over lanes is innermost and its body is one whole step without a branch or a call, because only that
+    form is vectorised. Everything lies in one array: with two of them LLVM adds a second, scalar loop for the case
+    that they overlap.
+    """
+    step = _Lines(layout)
+    step.load("w", layout.dimension * (1 + layout.vectors), 0)
+    step.load("c", layout.coefficients, layout.coefficient_row)
+    _print_step(step, program, method, layout)
+    lines = [_HEADER.format(flags=", ".join(repr(flag) for flag in FLAGS)).rstrip()]
+    lines += [f"    {name} = dt * {value!r}" for name, value in _scaled(method).items()]
+    size = layout.rows * layout.lanes
+    lines += [
+        "    for group in range(first, last):",
+        f"        g = lanes[group * {size} : (group + 1) * {size}]",
+        "        for _ in range(n_blocks):",
+        "            for _ in range(block):",
+        f"                for i in range({layout.lanes}):",
+        *("                    " + line for line in step.lines),
+    ]
+    if layout.vectors:
+        frame = _Lines(layout)
+        frame.load("w", layout.dimension * (1 + layout.vectors), 0, skip=layout.dimension)
+        _print_gram_schmidt(frame, layout)
+        lines += [f"            for i in range({layout.lanes}):", *("                " + line for line in frame.lines)]
+    return "\n".join(lines) + "\n"
+
+
+class _Lines:
+    """The body of a loop over lanes `i`, reading and writing rows of the group `g`."""
+
+    def __init__(self, layout: Layout) -> None:
+        self.lines: list[str] = []
+        self._lanes = layout.lanes
+
+    def load(self, name: str, count: int, row: int, skip: int = 0) -> None:
+        self.lines += [f"{name}{m} = {self.at(row + m)}" for m in range(skip, count)]
+
+    def store(self, row: int, value: str) -> None:
+        self.lines.append(f"{self.at(row)} = {value}")
+
+    def let(self, target: str, value: str) -> None:
+        self.lines.append(f"{target} = {value}")
+
+    def at(self, row: int) -> str:
+        return f"g[{row * self._lanes} + i]"
+
+
+def _scaled(method: ButcherTable) -> dict[str, float]:
+    """Return the constants that the step multiplies with dt outside of all loops."""
+    scaled = {f"a{i}_{j}": float(x) for i, row in enumerate(method.a) for j, x in enumerate(row) if x}
+    return scaled | {f"b{i}": float(x) for i, x in enumerate(method.b) if x}
+
+
+def _print_step(out: _Lines, program: Program, method: ButcherTable, layout: Layout) -> None:
+    """Print one step: for each stage the derivatives of state and tangent vectors, then the weighted sums.
+
+    The sum over the weights grows stage by stage, so that a stage's derivative is dead once it is used.
+    """
+    rows = layout.dimension * (1 + layout.vectors)
+    totals = [f"w{m}" for m in range(rows)]
+    for stage in range(method.stages):
+        y = []
+        for m in range(rows):
+            terms = [f"a{stage}_{j} * k{j}_{m}" for j, x in enumerate(method.a[stage]) if x]
+            if terms:
+                out.let(f"y{stage}_{m}", " + ".join([f"w{m}", *terms]))
+            y.append(f"y{stage}_{m}" if terms else f"w{m}")
+        _print_derivative(out, program, layout, y, stage)
+        if method.b[stage]:
+            for m in range(rows):
+                out.let(f"x{stage}_{m}", f"{totals[m]} + b{stage} * k{stage}_{m}")
+                totals[m] = f"x{stage}_{m}"
+    for m in range(rows):
+        out.store(m, totals[m])
+
+
+def _print_derivative(out: _Lines, program: Program, layout: Layout, y: list[str], stage: int) -> None:
+    dimension = layout.dimension
+    jacobian = [entry for row in program.jacobian for entry in row] if layout.vectors else []
+    # Coefficients are rows of their own, so nothing that only they depend on is printed.
+    names = dict(zip(program.states, y, strict=False))
+    names |= {name: f"c{m}" for m, name in enumerate(program.coefficients)}
+    for assignment in program.needed([*program.rhs, *jacobian], program.coefficients):
+        names[assignment.target] = f"{assignment.target}_{stage}"
+        out.let(names[assignment.target], _print_assignment(assignment, names))
+    for i, ref in enumerate(program.rhs):
+        out.let(f"k{stage}_{i}", _print_ref(ref, names))
+    for k in range(1, layout.vectors + 1):
+        vector = y[k * dimension : (k + 1) * dimension]
+        for i, row in enumerate(program.jacobian):
+            out.let(f"k{stage}_{k * dimension + i}", _print_product(row, vector, names))
+
+
+def _print_product(row: Iterable[Ref], vector: list[str], names: Mapping[str, str]) -> str:
+    """Print the product of a row of the Jacobian with a vector, without zeros and ones."""
+    terms = []
+    for entry, v in zip(row, vector, strict=True):
+        if entry == -1.0:
+            terms.append(f"- {v}")
+        elif entry != 0.0:
+            terms.append(f"+ {v}" if entry == 1.0 else f"+ {_print_ref(entry, names)} * {v}")
+    return " ".join(terms).removeprefix("+ ") or "0.0"
+
+
+def _print_gram_schmidt(out: _Lines, layout: Layout) -> None:
+    """Print modified Gram-Schmidt over the frame; norms multiply the stretching factors."""
+    dimension = layout.dimension
+    for k in range(layout.vectors):
+        q = [f"w{(k + 1) * dimension + i}" for i in range(dimension)]
+        for j in range(k):
+            e = [f"e{j}_{i}" for i in range(dimension)]
+            out.let("d", " + ".join(f"{x} * {y}" for x, y in zip(q, e, strict=True)))
+            for x, y in zip(q, e, strict=True):
+                out.let(x, f"{x} - d * {y}")
+        out.let("n", f"sqrt({' + '.join(f'{x} * {x}' for x in q)})")
+        out.let("v", "1.0 / n")
+        for i, x in enumerate(q):
+            out.let(f"e{k}_{i}", f"v * {x}")
+            out.store((k + 1) * dimension + i, f"e{k}_{i}")
+        row = layout.stretch_row + k
+        out.store(row, f"{out.at(row)} * n")
+
+
+def _print_assignment(assignment: Assignment, names: Mapping[str, str]) -> str:
+    arguments = [_print_ref(ref, names) for ref in assignment.arguments]
+    if assignment.operation in _SYMBOLS:
+        return f" {_SYMBOLS[assignment.operation]} ".join(arguments)
+    return f"-{arguments[0]}" if assignment.operation == "neg" else f"sqrt({arguments[0]})"
+
+
+def _print_ref(ref: Ref, names: Mapping[str, str]) -> str:
+    return names[ref] if isinstance(ref, str) else f"({ref!r})"
+
+
+def step_operations(program: Program, method: ButcherTable, layout: Layout) -> int:
+    """Return the number of arithmetic operations in a step of one cell, a fused multiply-add counted as one.
+
+    A static estimate for cost models: products count, sums are taken to fuse with them.
+    """
+    rows = layout.dimension * (1 + layout.vectors)
+    jacobian = [entry for row in program.jacobian for entry in row] if layout.vectors else []
+    stage = len(program.needed([*program.rhs, *jacobian], program.coefficients))
+    stage += layout.vectors * sum(entry != 0.0 for entry in jacobian)
+    sums = sum(x != 0 for row in method.a for x in row) + sum(x != 0 for x in method.b)
+    return method.stages * stage + rows * sums

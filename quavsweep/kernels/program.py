@@ -1,0 +1,128 @@
+"""Program: a model's equations as straight-line assignments, stored as data and interpreted over any algebra."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+Ref = str | float  # the name of a state, parameter or assignment, or a number
+
+OPERATIONS: dict[str, Callable[..., Any]] = {
+    "add": operator.add,
+    "sub": operator.sub,
+    "mul": operator.mul,
+    "div": operator.truediv,
+    "neg": operator.neg,
+    "sqrt": np.sqrt,
+}
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """`target = operation(arguments)`, each target assigned once."""
+
+    target: str
+    operation: str
+    arguments: tuple[Ref, ...]
+
+
+@dataclass(frozen=True)
+class Program:
+    """The frozen mathematics of a model.
+
+    Parameters
+    ----------
+    states, parameters : tuple of str
+        Prefixed names (`u_`, `p_`), in the model's order.
+    coefficients : tuple of str
+        The assignments that depend on parameters alone and that the others read: computed once per cell.
+    assignments : tuple of Assignment
+        In order; a coefficient comes before what reads it.
+    rhs : tuple of Ref, length D
+        The derivatives.
+    jacobian : tuple of tuples of Ref, (D, D)
+        d rhs_i / d u_j.
+    hessian : tuple of tuples of tuples of Ref, (D, D, D)
+        d2 rhs_i / d u_j d u_k.
+    """
+
+    states: tuple[str, ...]
+    parameters: tuple[str, ...]
+    coefficients: tuple[str, ...]
+    assignments: tuple[Assignment, ...]
+    rhs: tuple[Ref, ...]
+    jacobian: tuple[tuple[Ref, ...], ...]
+    hessian: tuple[tuple[tuple[Ref, ...], ...], ...]
+
+    @property
+    def dimension(self) -> int:
+        """Number of states, D."""
+        return len(self.states)
+
+    def needed(self, outputs: Iterable[Ref], given: Iterable[str] = ()) -> list[Assignment]:
+        """Return the assignments that `outputs` depend on, in order, stopping at the names `given`."""
+        wanted = {ref for ref in outputs if isinstance(ref, str)}
+        known = set(given)
+        kept = []
+        for assignment in reversed(self.assignments):
+            if assignment.target in wanted and assignment.target not in known:
+                kept.append(assignment)
+                wanted.update(ref for ref in assignment.arguments if isinstance(ref, str))
+        return kept[::-1]
+
+    def evaluate(self, outputs: Sequence[Ref], values: Mapping[str, Any]) -> list[Any]:
+        """Interpret the program on floats, arrays, or anything that has the operations.
+
+        `values` maps names of states, parameters or coefficients to values of one kind.
+        """
+        known = dict(values)
+        for assignment in self.needed(outputs, known):
+            arguments = (known[ref] if isinstance(ref, str) else ref for ref in assignment.arguments)
+            known[assignment.target] = OPERATIONS[assignment.operation](*arguments)
+        return [known[ref] if isinstance(ref, str) else ref for ref in outputs]
+
+    def coefficient_values(self, parameters: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the coefficients of n cells.
+
+        Parameters
+        ----------
+        parameters : sequence of (n,) arrays
+            In the model's order and units.
+
+        Returns
+        -------
+        (C, n) float64
+        """
+        n = np.shape(parameters[0])[0] if parameters else 1
+        values = self.evaluate(self.coefficients, dict(zip(self.parameters, parameters, strict=True)))
+        return np.array([np.broadcast_to(value, (n,)) for value in values], dtype=np.float64).reshape(-1, n)
+
+    def names(self, u: Sequence[Any], coefficients: Sequence[Any]) -> dict[str, Any]:
+        """Return the environment in which state and coefficients have these values."""
+        return {**dict(zip(self.states, u, strict=True)), **dict(zip(self.coefficients, coefficients, strict=True))}
+
+    def to_json(self) -> str:
+        """Return the program as data; equal programs give equal texts."""
+        return json.dumps(asdict(self), separators=(",", ":"), sort_keys=True)
+
+    @classmethod
+    def from_json(cls, text: str) -> Program:
+        """Return the program that `to_json` wrote; nothing in the text is executed."""
+        data = json.loads(text)
+        data["assignments"] = [Assignment(a["target"], a["operation"], tuple(a["arguments"])) for a in data["assignments"]]
+        return cls(**{key: _frozen(value) for key, value in data.items()})
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the mathematics."""
+        return hashlib.sha256(self.to_json().encode()).hexdigest()
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(_frozen(item) for item in value) if isinstance(value, list) else value

@@ -1,0 +1,27 @@
+"""The catalogue of models: one system per file, loaded when asked for."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from quavsweep.errors import ModelError
+from quavsweep.models.model import Model, Parameter, Relation, State
+
+NAMES = ("lorenz", "quadrotor_yaw")
+
+__all__ = ["NAMES", "Model", "Parameter", "Relation", "State", "load_model"]
+
+
+def load_model(name: str) -> Model:
+    """Return the catalogue's model of that name.
+
+    Raises
+    ------
+    ModelError
+        If the catalogue has no such model.
+    """
+    if name not in NAMES:
+        raise ModelError(f"there is no model {name}", possible=f"the catalogue has {', '.join(NAMES)}")
+    model = import_module(f"quavsweep.models.{name}").MODEL
+    assert isinstance(model, Model)
+    return model

@@ -1,0 +1,152 @@
+"""What a model is: named states, named parameters, and equations written once as a plain function."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from quavsweep.errors import ModelError
+
+# Names that the result's own variables and dimensions carry.
+RESERVED = frozenset(
+    "region status period exponent state cell ensemble time lyapunov lyapunov_raw lyapunov_se was_chaotic settle_time"
+    " time_used final_state equilibrium eigenvalue_re eigenvalue_im cycle_hits attractor sum_error zero_error"
+    " lyapunov_chaotic lyapunov_chaotic_se batch segment".split()
+)
+
+
+@dataclass(frozen=True)
+class State:
+    """A state variable: its ASCII name, its unit, and its symbol in figures (LaTeX without dollars)."""
+
+    name: str
+    unit: str = "1"
+    symbol: str = ""
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter: default value, unit, meaning, and the domain in which the equations make sense.
+
+    The domain is an interval; `open_low` says whether its lower end is excluded.
+    """
+
+    name: str
+    default: float
+    unit: str = "1"
+    symbol: str = ""
+    meaning: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    open_low: bool = False
+
+    @property
+    def domain(self) -> str:
+        """The domain in words, empty if there is none."""
+        low = f"{'>' if self.open_low else '>='} {self.low:g}" if self.low > -math.inf else ""
+        high = f"<= {self.high:g}" if self.high < math.inf else ""
+        return " and ".join(part for part in (low, high) if part)
+
+    def admits(self, value: Any) -> Any:
+        """Whether a value, or each value of an array, lies in the domain."""
+        above = value > self.low if self.open_low else value >= self.low
+        return above & (value <= self.high)
+
+
+@dataclass(frozen=True)
+class Relation:
+    """A relation that a physical system obeys; breaking it is a warning, not an error."""
+
+    text: str
+    holds: Callable[..., Any]
+    meaning: str = ""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The names of the parameters that the relation speaks of."""
+        return tuple(inspect.signature(self.holds).parameters)
+
+
+@dataclass(frozen=True)
+class Model:
+    """A system of ordinary differential equations.
+
+    Parameters
+    ----------
+    name : str
+        The name in configs.
+    rhs : callable
+        `rhs(state..., parameter...)` by name, returns the derivatives in the order of `states`. It is called
+        with floats by tests and once with symbols to derive the program, so it must not branch on its arguments.
+    states, parameters : tuple
+        What `rhs` takes, in order.
+    relations : tuple of Relation
+        Warnings for values that no physical system has.
+    symmetries : tuple of tuples of int
+        Sign patterns (one sign per state) under which the equations are equivariant.
+    bound : float
+        A state with a component beyond it counts as diverged, in the states' units.
+    time_unit : str
+        Unit of time, `1` where the equations are dimensionless.
+    source : str
+        Where the equations come from, with equation numbers.
+
+    Raises
+    ------
+    ModelError
+        If the function's arguments are not the states and parameters, or a name is not usable.
+    """
+
+    name: str
+    rhs: Callable[..., Sequence[Any]]
+    states: tuple[State, ...]
+    parameters: tuple[Parameter, ...]
+    relations: tuple[Relation, ...] = ()
+    symmetries: tuple[tuple[int, ...], ...] = ()
+    bound: float = 1e6
+    time_unit: str = "1"
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        names = [*self.state_names, *self.parameter_names]
+        arguments = list(inspect.signature(self.rhs).parameters)
+        if arguments != names:
+            raise ModelError(
+                f"the equations take {', '.join(arguments)} but the model declares {', '.join(names)}", self.name
+            )
+        for name in names:
+            if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in RESERVED or names.count(name) > 1:
+                raise ModelError(f"the name {name} is taken, repeated or not a plain identifier", self.name)
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states, in order."""
+        return tuple(state.name for state in self.states)
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the parameters, in order."""
+        return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def defaults(self) -> dict[str, float]:
+        """The parameters' default values by name."""
+        return {parameter.name: parameter.default for parameter in self.parameters}
+
+    def quantity(self, name: str) -> State | Parameter:
+        """Return the state or parameter of that name.
+
+        Raises
+        ------
+        KeyError
+            If there is none.
+        """
+        for item in (*self.states, *self.parameters):
+            if item.name == name:
+                return item
+        raise KeyError(name)
