@@ -103,6 +103,32 @@ def _lyapunov(exponents: _Exponents, evidence: Evidence, sink: np.ndarray) -> di
     }
 
 
+def standard_error(rates: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Return the standard error of the mean rate over the batches inside a window.
+
+    Growth that one batch has too much the next one lacks, because the frame's lag behind the flow is bounded; so the
+    variance of the mean is that of independent batches plus twice the covariance of neighbours, but at least a
+    quarter of the former, since a covariance from few batches is itself uncertain.
+
+    Parameters
+    ----------
+    rates : (n, batches, K) float64
+    inside : (n, batches) bool
+        The batches of each cell's window.
+
+    Returns
+    -------
+    (n, K) float64, infinite where the window has fewer than four batches
+    """
+    count = np.maximum(inside.sum(axis=1), 1)[:, None]
+    kept = np.where(inside[:, :, None], rates, 0.0)
+    spread = np.where(inside[:, :, None], rates - (kept.sum(axis=1) / count)[:, None, :], 0.0)
+    variance = (spread * spread).sum(axis=1) / np.maximum(count - 1, 1)
+    covariance = (spread[:, 1:] * spread[:, :-1]).sum(axis=1) / np.maximum(count - 1, 1)
+    error = np.sqrt(np.maximum(variance + 2.0 * covariance, variance / 4.0) / count)
+    return np.where(count < FEWEST_BATCHES, np.inf, error)
+
+
 @dataclass(frozen=True)
 class _Exponents:
     """Averages of the stored growth over windows of whole segments, per cell."""
@@ -125,8 +151,7 @@ class _Exponents:
     def average(self, first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return exponents over the segments first .. last - 1 and their standard errors, (n, K) each.
 
-        NaN where the window is empty; the error is infinite where it has too few batches. The error is that of the
-        mean of independent batches.
+        NaN where the window is empty.
         """
         clock, total = self.sweep.clock, self.evidence["growth_total"]
         cells = np.arange(total.shape[0])
@@ -137,13 +162,7 @@ class _Exponents:
         rates = self.evidence["growth"].astype(np.float64) / (clock.batch_steps * clock.dt)
         batch = np.arange(rates.shape[1])
         inside = (batch >= (first * clock.segment_batches)[:, None]) & (batch < (last * clock.segment_batches)[:, None])
-        count = np.maximum(inside.sum(axis=1), 1)[:, None]
-        kept = np.where(inside[:, :, None], rates, 0.0)
-        spread = np.where(inside[:, :, None], rates - (kept.sum(axis=1) / count)[:, None, :], 0.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            error = np.sqrt((spread * spread).sum(axis=1) / (count - 1) / count)
-        error = np.where(count < FEWEST_BATCHES, np.inf, error)
-        return (end - begin) / span, np.where(empty[:, None], np.nan, error)
+        return (end - begin) / span, np.where(empty[:, None], np.nan, standard_error(rates, inside))
 
     def positive(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
         """Whether the largest exponent is positive beyond its error over a window, (n,) bool."""
@@ -157,7 +176,8 @@ class _Exponents:
 
     def _zero(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
         clock = self.sweep.clock
-        return self.sweep.config.classify.neutral / (np.maximum(last - first, 1) * clock.segment_steps * clock.dt)
+        time = np.maximum(last - first, 1) * clock.segment_steps * clock.dt
+        return np.asarray(self.sweep.config.classify.neutral / time)
 
     def _ends(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return the last half and the last quarter of the duration."""
@@ -167,12 +187,14 @@ class _Exponents:
     @property
     def chaotic(self) -> np.ndarray:
         """Positive in the last half and the last quarter, (n,) bool."""
-        return np.logical_and.reduce([self.positive(*window) for window in self._ends()])
+        half, quarter = self._ends()
+        return np.asarray(self.positive(*half) & self.positive(*quarter))
 
     @property
     def periodic(self) -> np.ndarray:
         """Neutral in the last half and the last quarter, (n,) bool."""
-        return np.logical_and.reduce([self.neutral(*window) for window in self._ends()])
+        half, quarter = self._ends()
+        return np.asarray(self.neutral(*half) & self.neutral(*quarter))
 
     @property
     def was_chaotic(self) -> np.ndarray:

@@ -45,30 +45,38 @@ class AxisSection(BaseModel):
     stop: float | None = Field(default=None, description="last value")
     num: int | None = Field(default=None, ge=1, le=MAX_AXIS, description="number of values")
     spacing: Literal["linear", "log"] = Field(default="linear", description="how the values are spaced")
-    values: list[float] | None = Field(default=None, min_length=1, max_length=MAX_AXIS, description="the values themselves")
+    values: list[float] | None = Field(
+        default=None, min_length=1, max_length=MAX_AXIS, description="the values themselves"
+    )
+
+    @property
+    def ends(self) -> tuple[float, float, int] | None:
+        """Start, stop and number of values, unless one of them is missing."""
+        if self.start is None or self.stop is None or self.num is None:
+            return None
+        return self.start, self.stop, self.num
 
     @model_validator(mode="after")
     def _complete(self) -> AxisSection:
-        ends = (self.start, self.stop, self.num)
-        if (self.values is None) == any(end is None for end in ends) or (self.values is not None and ends != (None,) * 3):
-            raise ValueError("an axis is either {start, stop, num} or {values}")
-        if self.values is None:
-            assert self.start is not None and self.stop is not None and self.num is not None
-            if self.num > 1 and self.start == self.stop:
+        if self.values is not None:
+            if (self.start, self.stop, self.num) != (None, None, None):
+                raise ValueError("an axis is either {start, stop, num} or {values}, not both")
+            if len(set(self.values)) != len(self.values):
+                raise ValueError("a value is given twice")
+        elif self.ends is None:
+            raise ValueError("an axis is {start, stop, num} or {values}")
+        else:
+            start, stop, num = self.ends
+            if num > 1 and start == stop:
                 raise ValueError("start and stop are equal; one value needs num: 1 or values")
-            if self.spacing == "log" and not (self.start > 0 and self.stop > 0):
+            if self.spacing == "log" and not (start > 0 and stop > 0):
                 raise ValueError("a logarithmic axis needs start and stop above 0")
-        elif len(set(self.values)) != len(self.values):
-            raise ValueError("a value is given twice")
         return self
 
     def points(self) -> tuple[float, ...]:
         """Return the values of the axis."""
-        if self.values is not None:
-            return tuple(float(value) for value in self.values)
-        assert self.start is not None and self.stop is not None and self.num is not None
         spaced = np.geomspace if self.spacing == "log" else np.linspace
-        return tuple(float(value) for value in spaced(self.start, self.stop, self.num))
+        return tuple(float(value) for value in (self.values or spaced(*self.ends or (0.0, 0.0, 0))))
 
 
 class IntegrateSection(BaseModel):
@@ -200,6 +208,7 @@ class Sweep:
         data = self.config.model_dump(mode="json", exclude_none=True)
         clock = self.clock
         data["parameters"] = dict(self.parameters)
+        data["initial"] = {name: data["initial"][name] for name in self.model.state_names if name in data["initial"]}
         data["integrate"] |= {
             "transient": clock.transient,
             "duration": clock.duration,

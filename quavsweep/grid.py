@@ -78,9 +78,7 @@ class Grid:
         starts = [range(0, n, length) for n, length in zip(self.shape, lengths, strict=True)]
         for corner in np.ndindex(*(len(s) for s in starts)):
             first = [s[i] for s, i in zip(starts, corner, strict=True)]
-            yield tuple(
-                slice(f, min(f + length, n)) for f, length, n in zip(first, lengths, self.shape, strict=True)
-            )
+            yield tuple(slice(f, min(f + length, n)) for f, length, n in zip(first, lengths, self.shape, strict=True))
 
     def block_shape(self, cells: int) -> tuple[int, ...]:
         """Return the shape of a block: whole trailing axes, part of one axis, single values of the leading ones."""

@@ -187,7 +187,8 @@ def _look(plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.nd
     u = evidence["state"][alive]
     steps = evidence["steps"][alive]
     finite = np.isfinite(u).all(axis=1)
-    diverged = ~finite | (np.abs(np.where(finite[:, None], u, 0.0)) > plan.sweep.model.bound).any(axis=1)
+    beyond = (np.abs(np.where(finite[:, None], u, 0.0)) > plan.sweep.model.bound).any(axis=1)
+    diverged = np.asarray(~finite | beyond)
     degenerate = np.zeros_like(diverged)
     if plan.layout.vectors:
         segment = int(steps[0]) // clock.segment_steps - 1
@@ -197,7 +198,7 @@ def _look(plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.nd
         evidence["growth_total"][void, segment:] = np.nan
     evidence["status"][alive[diverged]] = Status.DIVERGED
     evidence["status"][alive[degenerate]] = Status.FRAME_DEGENERATE
-    ended = diverged | degenerate
+    ended = np.asarray(diverged | degenerate)
     open_ = np.flatnonzero(~ended & (evidence["certificate"][alive] == Certificate.NONE))
     if open_.size:
         ends = examine(plan.program, plan.method, clock.dt, u[open_], coefficients[:, open_])

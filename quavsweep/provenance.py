@@ -7,6 +7,7 @@ import json
 import os
 import platform
 import sys
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -65,31 +66,71 @@ def toolchain() -> dict[str, str]:
     """Return what else decides the bits of a result: compilers, libraries and instructions of the processor."""
     import llvmlite.binding as llvm
     import numpy as np
-    import numpy.linalg  # noqa: F401 - loads the BLAS that is asked for
+    import numpy.linalg
     from threadpoolctl import threadpool_info
 
-    blas = [info for info in threadpool_info() if info["user_api"] == "blas"]
+    loaded = [info for info in threadpool_info() if info["user_api"] == "blas"]
+    # Other packages may have brought a BLAS of their own; NumPy's wheel keeps its one beside it.
+    blas = [info for info in loaded if any(part.startswith("numpy") for part in Path(info["filepath"]).parts)] or loaded
     features = llvm.get_host_cpu_features()
     return {
         "numba": version("numba"),
         "llvmlite": version("llvmlite"),
         "numpy": version("numpy"),
         "fma": str(bool(features.get("fma"))),
-        "simd": " ".join(np.show_config(mode="dicts")["SIMD Extensions"]["found"]),  # type: ignore[index, call-overload]
+        "simd": " ".join(np.show_config(mode="dicts")["SIMD Extensions"]["found"]),
         "blas": " ".join(sorted({f"{b['internal_api']} {b['version']} {b.get('architecture', '')}" for b in blas})),
     }
 
 
-def stage(sweep: Sweep) -> str:
-    """Return the name of the stage that a sweep covers: its first and last step."""
-    return f"0-{sweep.clock.steps}"
+@dataclass(frozen=True)
+class Identity:
+    """What decides the numbers of a sweep.
+
+    Parameters
+    ----------
+    evidence : str
+        Of everything that changes an integrated number.
+    toolchain : str
+        Of everything else that changes its bits.
+    stage : str
+        First and last step that the shards cover.
+    result : str
+        Of the result: evidence, toolchain, stages, thresholds and the rules that use them.
+    """
+
+    evidence: str
+    toolchain: str
+    stage: str
+    result: str
+
+    @property
+    def owner(self) -> str:
+        """The text that a shard carries."""
+        return f"{self.evidence} {self.toolchain} {self.stage}"
 
 
-def result_id(evidence_id: str, toolchain_id: str, sweep: Sweep) -> str:
-    """Return the identity of a result: evidence, stages, thresholds and the rules that use them."""
-    rules = syntax_digest("quavsweep.classify")
-    thresholds = sweep.config.classify.model_dump()
-    return digest([evidence_id, toolchain_id, [stage(sweep)], thresholds, rules])
+def identify(sweep: Sweep) -> Identity:
+    """Return the identity of a sweep on this machine."""
+    evidence, tools, stage = digest(evidence_parts(sweep)), digest(toolchain()), f"0-{sweep.clock.steps}"
+    rules = [sweep.config.classify.model_dump(), syntax_digest("quavsweep.classify")]
+    return Identity(evidence, tools, stage, digest([evidence, tools, [stage], rules]))
+
+
+def changed_keys(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
+    """Return a sentence for each dotted key whose value differs."""
+    before, after = flatten(old), flatten(new)
+    keys = sorted({*before, *after})
+    return [
+        f"{key}: {_shown(before.get(key))} there, {_shown(after.get(key))} here"
+        for key in keys
+        if before.get(key) != after.get(key)
+    ]
+
+
+def _shown(value: Any) -> str:
+    text = "nothing" if value is None else str(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."
 
 
 def machine() -> dict[str, Any]:

@@ -152,7 +152,9 @@ class Shape:
         columns[parallel] = np.eye(jacobian.shape[-1])
         to_y, to_x, valid = np.linalg.inv(columns), columns, np.ones(len(columns), dtype=bool)
         if parallel.size:
-            to_y[parallel], to_x[parallel], valid[parallel] = _lyapunov_shape(jacobian[parallel], spectrum[parallel, 0].real)
+            to_y[parallel], to_x[parallel], valid[parallel] = _lyapunov_shape(
+                jacobian[parallel], spectrum[parallel, 0].real
+            )
         return cls(to_y, to_x, np.matmul(np.matmul(to_y, jacobian), to_x), valid)
 
     def decreases(
@@ -195,11 +197,11 @@ class Shape:
         centre = np.stack([np.broadcast_to(e.centre, (n,)) for e in entries], axis=1).reshape(shape)
         radius = np.stack([np.broadcast_to(e.radius, (n,)) for e in entries], axis=1).reshape(shape)
         exact = _frobenius(self.to_y, centre, self.to_x)
-        return 0.5 * (exact + _frobenius(np.abs(self.to_y), radius, np.abs(self.to_x)))
+        return np.asarray(0.5 * (exact + _frobenius(np.abs(self.to_y), radius, np.abs(self.to_x))))
 
 
 def _lyapunov_shape(jacobian: np.ndarray, slowest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return T, T^-1 and validity with T^T T = P, (J + s I)^T P + P (J + s I) = -I and s a share of the slowest rate."""
+    """Return T, T^-1 and validity with T^T T = P, (J + s I)^T P + P (J + s I) = -I; s is a share of the slowest rate."""
     n, dimension, _ = jacobian.shape
     one = np.eye(dimension)
     transposed = (jacobian - SHIFT * slowest[:, None, None] * one).transpose(0, 2, 1)
@@ -209,7 +211,7 @@ def _lyapunov_shape(jacobian: np.ndarray, slowest: np.ndarray) -> tuple[np.ndarr
     right = np.broadcast_to(-one.reshape(size, 1), (n, size, 1))
     form = np.linalg.solve(operator.reshape(n, size, size), right).reshape(n, dimension, dimension)
     squares, vectors = np.linalg.eigh(0.5 * (form + form.transpose(0, 2, 1)))
-    valid = (squares > 0).all(axis=1)
+    valid = np.asarray((squares > 0).all(axis=1))
     roots = np.sqrt(np.where(valid[:, None], squares, 1.0))
     return roots[:, :, None] * vectors.transpose(0, 2, 1), vectors / roots[:, None, :], valid
 
@@ -259,5 +261,7 @@ def _stages(
         stages.append(y)
         departures.append(steepness * sum((w * e for w, e in zip(weights, departures, strict=True)), start=0.0) + bend)
         slopes.append(steepness * y + bend)
-    remainder = sum((dt * abs(float(b)) * e for b, e in zip(method.b, departures, strict=True)), start=np.zeros_like(steepness))
+    remainder = sum(
+        (dt * abs(float(b)) * e for b, e in zip(method.b, departures, strict=True)), start=np.zeros_like(steepness)
+    )
     return np.array(stages), np.asarray(remainder)

@@ -15,6 +15,7 @@ from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.printer import print_kernel
 from quavsweep.kernels.program import Program
 
+
 def default_lanes() -> int:
     """Return the number of lanes for this CPU, from a table, never from a clock."""
     return 16
@@ -35,7 +36,8 @@ def _load(source: str) -> Callable[..., None]:
     path = cache_folder() / f"{name}.py"
     write_once(path, source)
     spec = importlib.util.spec_from_file_location(f"quavsweep_cache.{name}", path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     spec.loader.exec_module(module)

@@ -77,7 +77,9 @@ class _Writer:
         shared = Counter(i for powers in terms for i, power in enumerate(powers) if power)
         i, count = max(shared.items(), key=lambda item: (item[1], -item[0]), default=(0, 0))
         if count < 2:
-            products = (sp.Mul(c, *(u**k for u, k in zip(self.states, powers, strict=True))) for powers, c in terms.items())
+            products = (
+                sp.Mul(c, *(u**k for u, k in zip(self.states, powers, strict=True))) for powers, c in terms.items()
+            )
             return sp.Add(*products)
         inside = {(*w[:i], w[i] - 1, *w[i + 1 :]): c for w, c in terms.items() if w[i]}
         outside = {w: c for w, c in terms.items() if not w[i]}

@@ -43,7 +43,9 @@ class ButcherTable:
 
     def __post_init__(self) -> None:
         if len(self.a) != len(self.b) or any(len(row) != i for i, row in enumerate(self.a)):
-            raise ValueError(f"{self.name}: {len(self.b)} weights do not fit stages of length {[len(r) for r in self.a]}")
+            raise ValueError(
+                f"{self.name}: {len(self.b)} weights do not fit stages of length {[len(r) for r in self.a]}"
+            )
         for size in range(1, self.order + 1):
             for tree in rooted_trees(size):
                 miss = float(sum(w * v for w, v in zip(self.b, self._weights(tree), strict=True))) - 1 / density(tree)

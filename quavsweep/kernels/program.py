@@ -103,7 +103,7 @@ class Program:
         values = self.evaluate(self.coefficients, dict(zip(self.parameters, parameters, strict=True)))
         return np.array([np.broadcast_to(value, (n,)) for value in values], dtype=np.float64).reshape(-1, n)
 
-    def names(self, u: Sequence[Any], coefficients: Sequence[Any]) -> dict[str, Any]:
+    def names(self, u: Iterable[Any], coefficients: Iterable[Any]) -> dict[str, Any]:
         """Return the environment in which state and coefficients have these values."""
         return {**dict(zip(self.states, u, strict=True)), **dict(zip(self.coefficients, coefficients, strict=True))}
 
@@ -115,7 +115,9 @@ class Program:
     def from_json(cls, text: str) -> Program:
         """Return the program that `to_json` wrote; nothing in the text is executed."""
         data = json.loads(text)
-        data["assignments"] = [Assignment(a["target"], a["operation"], tuple(a["arguments"])) for a in data["assignments"]]
+        data["assignments"] = [
+            Assignment(a["target"], a["operation"], tuple(a["arguments"])) for a in data["assignments"]
+        ]
         return cls(**{key: _frozen(value) for key, value in data.items()})
 
     @property

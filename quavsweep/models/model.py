@@ -13,9 +13,12 @@ from quavsweep.errors import ModelError
 
 # Names that the result's own variables and dimensions carry.
 RESERVED = frozenset(
-    "region status period exponent state cell ensemble time lyapunov lyapunov_raw lyapunov_se was_chaotic settle_time"
-    " time_used final_state equilibrium eigenvalue_re eigenvalue_im cycle_hits attractor sum_error zero_error"
-    " lyapunov_chaotic lyapunov_chaotic_se batch segment".split()
+    [
+        *("region", "status", "period", "exponent", "state", "cell", "ensemble", "time", "batch", "segment"),
+        *("lyapunov", "lyapunov_raw", "lyapunov_se", "lyapunov_chaotic", "lyapunov_chaotic_se", "was_chaotic"),
+        *("settle_time", "time_used", "final_state", "equilibrium", "eigenvalue_re", "eigenvalue_im"),
+        *("cycle_hits", "attractor", "sum_error", "zero_error"),
+    ]
 )
 
 
@@ -146,7 +149,5 @@ class Model:
         KeyError
             If there is none.
         """
-        for item in (*self.states, *self.parameters):
-            if item.name == name:
-                return item
-        raise KeyError(name)
+        quantities: list[State | Parameter] = [*self.states, *self.parameters]
+        return {item.name: item for item in quantities}[name]

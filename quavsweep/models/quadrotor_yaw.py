@@ -8,7 +8,7 @@ from quavsweep.models.craft import TABLE_2
 from quavsweep.models.model import Model, Parameter, Relation, State
 
 
-def rhs(p, q, r, Omega1, c, Ix, Iy, Iz, Ir, d, k4, k5, k6) -> tuple[Any, ...]:  # type: ignore[no-untyped-def] # noqa: N803
+def rhs(p, q, r, Omega1, c, Ix, Iy, Iz, Ir, d, k4, k5, k6) -> tuple[Any, ...]:  # type: ignore[no-untyped-def]
     """Angular accelerations in the body frame [rad/s2]; rotors 1 and 3 turn at Omega1, 2 and 4 at Omega1 + c."""
     dp = ((Iy - Iz) * q * r - 2 * c * Ir * q - k4 * p) / Ix
     dq = ((Iz - Ix) * p * r + 2 * c * Ir * p - k5 * q) / Iy

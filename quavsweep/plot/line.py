@@ -1,0 +1,47 @@
+"""Exponents along one axis, over a band that shows the regions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+
+from quavsweep.codes import REGION, Region
+from quavsweep.plot.region_map import axis_is_log, edges
+from quavsweep.plot.style import code_colours, label, rate_label
+
+if TYPE_CHECKING:
+    from quavsweep.result import Result
+
+BAND = 0.06  # height of the band of regions, as a share of the axes
+
+
+def draw_line(axes: Axes, result: Result) -> None:
+    """Draw the exponents against the sweep's only axis, and its regions as a band below the top."""
+    (axis,) = result.sweep.grid.axes
+    x = np.asarray(axis.values)
+    region = result["region"]
+    handles: list[Artist] = []
+    if "lyapunov" in result:
+        for k in range(result["lyapunov"].shape[1]):
+            (line,) = axes.plot(x, result["lyapunov"][:, k], lw=0.8, color=("black", "0.45", "0.7")[k % 3])
+            line.set_label(rf"$\lambda_{k + 1}$")
+            handles.append(line)
+        axes.axhline(0.0, color="0.3", lw=0.5, ls=":")
+        axes.set_ylabel(rate_label(result.sweep.model, r"\lambda_k"))
+    axes.margins(y=0.12)
+    colours, norm = code_colours(REGION)
+    band = np.ma.masked_equal(region, Region.NONE)[None, :]
+    strip = axes.inset_axes((0.0, 1.0, 1.0, BAND), sharex=axes)
+    strip.pcolormesh(edges(x), [0.0, 1.0], band, cmap=colours, norm=norm, rasterized=True)
+    strip.set_axis_off()
+    present = [code for code in REGION if (region == code.number).any()]
+    handles += [Patch(facecolor=c.colour, edgecolor="black", linewidth=0.4, label=c.meaning) for c in present]
+    axes.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0 + BAND), ncols=4, frameon=False)
+    axes.set_xlim(edges(x)[0], edges(x)[-1])
+    axes.set_xlabel(label(result.sweep.model, axis.name))
+    if axis_is_log(x):
+        axes.set_xscale("log")

@@ -1,0 +1,103 @@
+"""Maps over two axes: regions, and the largest exponent with a neutral zero."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import TwoSlopeNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from quavsweep.codes import REGION, Region
+from quavsweep.plot.style import code_colours, label, rate_label
+
+if TYPE_CHECKING:
+    from quavsweep.result import Result
+
+
+def draw_regions(axes: Axes, result: Result) -> None:
+    """Draw the region of each cell, the first axis of the sweep to the right, the second upward."""
+    colours, norm = code_colours(REGION)
+    region = result["region"]
+    _mesh(axes, result, region, cmap=colours, norm=norm)
+    present = [code for code in REGION if (region == code.number).any() and code.number != Region.NONE]
+    handles = [Patch(facecolor=code.colour, edgecolor="black", linewidth=0.4, label=code.meaning) for code in present]
+    if (region == Region.NONE).any():
+        handles.append(Patch(facecolor="white", edgecolor="0.4", linewidth=0.4, hatch="////", label="not computed"))
+    axes.legend(
+        handles=handles,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        ncols=min(len(handles), 4),
+        frameon=False,
+        handlelength=1.2,
+        handleheight=1.0,
+        columnspacing=1.2,
+        borderpad=0.2,
+    )
+
+
+def draw_largest(figure: Figure, axes: Axes, result: Result) -> None:
+    """Draw the largest exponent: blue below zero, white at zero, red above."""
+    values = result["lyapunov"][..., 0]
+    # Each side of zero has its own scale, since exponents of sinks and of chaos differ in size.
+    low, high = _round_limit(-values), _round_limit(values)
+    norm = TwoSlopeNorm(0.0, -low, high)
+    mesh = _mesh(axes, result, values, cmap="RdBu_r", norm=norm)
+    bar = figure.colorbar(mesh, ax=axes, extend="both", aspect=25, pad=0.02)
+    bar.set_label(rate_label(result.sweep.model, r"\lambda_1"))
+    bar.set_ticks([-low, -0.5 * low, 0.0, 0.5 * high, high])
+    bar.ax.yaxis.set_major_formatter("{x:.3g}")
+    bar.ax.minorticks_off()
+
+
+def _round_limit(values: np.ndarray) -> float:
+    """Return a round number that all but one in 200 of the positive values stay below."""
+    positive = values[values > 0]
+    if not positive.size:
+        return 1.0
+    top = float(np.percentile(positive, 99.5))
+    unit = 10.0 ** np.floor(np.log10(top))
+    return float(unit * np.ceil(top / unit * 5 - 1e-9) / 5)
+
+
+def _mesh(axes: Axes, result: Result, values: np.ndarray, **colours: Any) -> QuadMesh:
+    """Draw one value per cell; cells that are not computed are hatched."""
+    across, up = result.sweep.grid.axes
+    x, y = np.asarray(across.values), np.asarray(up.values)
+    todo = result["region"] == Region.NONE
+    axes.set_facecolor("white")
+    if todo.any():
+        axes.patch.set(hatch="////", edgecolor="0.6")
+    shown = np.ma.masked_where(todo | ~np.isfinite(values), values)
+    mesh = axes.pcolormesh(edges(x), edges(y), shown.T, rasterized=True, **colours)
+    axes.set_xlabel(label(result.sweep.model, across.name))
+    axes.set_ylabel(label(result.sweep.model, up.name))
+    if axis_is_log(x):
+        axes.set_xscale("log")
+    if axis_is_log(y):
+        axes.set_yscale("log")
+    elif np.abs(y).max() < 0.01 or np.abs(y).max() >= 1e5:
+        axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0), useMathText=True)
+    return mesh
+
+
+def edges(values: np.ndarray) -> np.ndarray:
+    """Return the borders of cells around values, (n + 1,): midway, and as far beyond the ends."""
+    if len(values) == 1:
+        width = abs(values[0]) * 0.5 or 0.5
+        return np.array([values[0] - width, values[0] + width])
+    middle = 0.5 * (values[1:] + values[:-1])
+    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
+
+
+def axis_is_log(values: np.ndarray) -> bool:
+    """Whether values are spaced evenly in their logarithm and not in themselves."""
+    if len(values) < 3 or (values <= 0).any():
+        return False
+    return bool(np.allclose(np.diff(np.log(values)), np.log(values[1] / values[0]), rtol=1e-6)) and not bool(
+        np.allclose(np.diff(values), values[1] - values[0], rtol=1e-6)
+    )

@@ -1,0 +1,87 @@
+"""Result: what a reader opens, finished or not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from quavsweep.codes import Status
+from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
+from quavsweep.errors import ConfigError
+from quavsweep.provenance import identify
+from quavsweep.store import RunFolder, ShardSet, Stored, outcome_in_memory, read_result
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(frozen=True)
+class Result:
+    """Regions, exponents and times over the grid of a sweep.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        What was asked for; its name is not stored in result files.
+    stored : Stored
+        Arrays, dimensions and attributes by variable.
+    """
+
+    sweep: Sweep
+    stored: Stored
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a variable or coordinate, axes first."""
+        return self.stored.data[name]
+
+    def __contains__(self, name: str) -> bool:
+        """Whether the result has a variable or coordinate of that name."""
+        return name in self.stored.data
+
+    @property
+    def complete(self) -> bool:
+        """Whether every cell has been computed."""
+        return not bool((self["status"] == Status.NOT_COMPUTED).any())
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the result as an xarray Dataset (needs the extra `xarray`)."""
+        import xarray
+
+        arrays = {
+            name: xarray.Variable(dims, self.stored.data[name], self.stored.attributes[name])
+            for name, dims in self.stored.dims.items()
+        }
+        return xarray.Dataset(arrays, attrs=self.stored.file_attributes)
+
+
+def open_result(path: Path | str) -> Result:
+    """Open a result file, or a run's folder: its result, or what its shards give if there is none yet.
+
+    Raises
+    ------
+    ConfigError
+        If there is nothing to open.
+    DamageError
+        If what is stored is not what was written.
+    """
+    path = Path(path)
+    if path.is_file():
+        return _from_file(path)
+    folder = RunFolder(path)
+    if folder.result.is_file():
+        return _from_file(folder.result)
+    if not folder.config.is_file():
+        raise ConfigError("is neither a result file nor the folder of a run", str(path))
+    sweep = load_sweep(folder.config)
+    identity = identify(sweep)
+    return Result(sweep, outcome_in_memory(sweep, identity, ShardSet.scan(folder, sweep, identity, 1)))
+
+
+def _from_file(path: Path) -> Result:
+    stored = read_result(path)
+    settings: dict[str, Any] = json.loads(stored.file_attributes["config"])
+    return Result(parse_sweep(dump_config({"name": "result", **settings}), str(path)), stored)

@@ -1,0 +1,9 @@
+"""What lies on disk: publishing, shards, result files, the folder of a run. The only place that imports h5py."""
+
+from quavsweep.store.folder import RunFolder
+from quavsweep.store.netcdf import Stored, read_result
+from quavsweep.store.outcome import outcome_in_memory, write_outcome
+from quavsweep.store.shard import write_shard
+from quavsweep.store.shard_set import ShardSet
+
+__all__ = ["RunFolder", "ShardSet", "Stored", "outcome_in_memory", "read_result", "write_outcome", "write_shard"]

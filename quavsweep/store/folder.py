@@ -1,0 +1,107 @@
+"""The folder of a run: where its files lie, its lock, its config and its record."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from quavsweep.errors import ConfigError, DiskError, LockedError
+from quavsweep.store.publish import TEMPORARY, publish_bytes
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """The paths of a run.
+
+    Parameters
+    ----------
+    path : Path
+        The folder; it need not exist yet.
+    """
+
+    path: Path
+
+    @property
+    def config(self) -> Path:
+        """The canonical config."""
+        return self.path / "config.yaml"
+
+    @property
+    def record(self) -> Path:
+        """Versions, machine and times."""
+        return self.path / "run.json"
+
+    @property
+    def result(self) -> Path:
+        """The result."""
+        return self.path / "result.h5"
+
+    @property
+    def map(self) -> Path:
+        """The picture that a run draws."""
+        return self.path / "map.png"
+
+    def shards(self, evidence_id: str, toolchain_id: str, stage: str) -> Path:
+        """Return the folder of the shards of one identity and stage."""
+        return self.path / "shards" / evidence_id / toolchain_id / stage
+
+    def identities(self) -> list[tuple[str, str, str]]:
+        """Return the identities and stages of which shards are present."""
+        found = sorted(path for path in self.path.glob("shards/*/*/*") if any(path.glob("tile-*.h5")))
+        return [(path.parts[-3], path.parts[-2], path.parts[-1]) for path in found]
+
+    @contextlib.contextmanager
+    def lock(self) -> Iterator[None]:
+        """Hold the folder for one run at a time; what a killed run left in the making is removed.
+
+        Raises
+        ------
+        LockedError
+            If another run holds it.
+        ConfigError
+            If the path is not a folder.
+        DiskError
+            If it cannot be made or written.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            handle = os.open(self.path / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        except (FileExistsError, NotADirectoryError) as error:
+            raise ConfigError("is not a folder", str(self.path), "choose another --out") from error
+        except OSError as error:
+            raise DiskError(f"cannot be written: {error.strerror}", str(self.path)) from error
+        try:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                holder = os.pread(handle, 200, 0).decode("utf-8", "replace").strip()
+                raise LockedError(f"another run holds this folder ({holder})", str(self.path)) from error
+            with contextlib.suppress(OSError):
+                os.ftruncate(handle, 0)
+                os.pwrite(handle, f"process {os.getpid()} on {os.uname().nodename}\n".encode(), 0)
+            for litter in self.path.rglob(f"*{TEMPORARY}"):
+                litter.unlink(missing_ok=True)
+            yield
+        finally:
+            os.close(handle)
+
+    def write_config(self, text: str) -> None:
+        """Publish the canonical config."""
+        publish_bytes(self.config, text.encode())
+
+    def write_record(self, record: dict[str, Any]) -> None:
+        """Publish the record of the run."""
+        publish_bytes(self.record, (json.dumps(record, indent=2) + "\n").encode())
+
+    def read_record(self) -> dict[str, Any]:
+        """Return the record of the last run, empty if there is none that can be read."""
+        with contextlib.suppress(OSError, ValueError):
+            data = json.loads(self.record.read_text())
+            return data if isinstance(data, dict) else {}
+        return {}

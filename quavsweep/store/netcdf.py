@@ -1,0 +1,177 @@
+"""Result files: netCDF-4 compatible HDF5, written block by block, with a digest over all data and attributes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from quavsweep.errors import DamageError
+from quavsweep.grid import Grid
+from quavsweep.measures import Variable
+from quavsweep.store.publish import publish_hdf5
+
+BLOCK_CELLS = 8192  # cells that are classified, compressed and read at once
+_STRUCTURE = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "_Netcdf4Dimid", "_NCProperties")
+_DIGEST = "content_sha256"
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A dimension's coordinate: name, values, and attributes."""
+
+    name: str
+    values: np.ndarray
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A result file in memory: arrays, dimensions and attributes by variable, and the attributes of the file."""
+
+    data: dict[str, np.ndarray]
+    dims: dict[str, tuple[str, ...]]
+    attributes: dict[str, dict[str, Any]]
+    file_attributes: dict[str, Any]
+
+
+def write_result(
+    path: Path,
+    grid: Grid,
+    coordinates: Iterable[Coordinate],
+    variables: Mapping[Variable, Mapping[str, Any]],
+    blocks: Iterable[tuple[tuple[slice, ...], Mapping[str, np.ndarray]]],
+    attributes: Mapping[str, str],
+) -> None:
+    """Publish a result file from a stream of blocks.
+
+    The file's bytes depend on nothing but the arguments.
+
+    Parameters
+    ----------
+    grid : Grid
+        The first dimensions of every variable.
+    coordinates : iterable of Coordinate
+        One per dimension, the grid's axes first.
+    variables : mapping from Variable to attributes
+        What the blocks hold.
+    blocks : iterable of (slices, values)
+        In the order of `grid.blocks(BLOCK_CELLS)`; values have the shape (cells, ...).
+    attributes : mapping
+        Of the file.
+
+    Raises
+    ------
+    DiskError
+        If it cannot be written.
+    """
+
+    def write(file: h5py.File) -> None:
+        extents = {}
+        for coordinate in coordinates:
+            scale = file.create_dataset(coordinate.name, data=coordinate.values)
+            scale.make_scale(coordinate.name)
+            _set_attributes(scale, coordinate.attributes)
+            extents[coordinate.name] = len(coordinate.values)
+        digests = {}
+        for variable, extra in variables.items():
+            _create(file, grid, variable, extents, extra)
+            digests[variable.name] = hashlib.sha256()
+        for block, values in blocks:
+            for variable in variables:
+                cells = np.ascontiguousarray(values[variable.name], dtype=variable.dtype)
+                shape = tuple(s.stop - s.start for s in block) + cells.shape[1:]
+                file[variable.name][block] = cells.reshape(shape)
+                digests[variable.name].update(cells.data)
+        _set_attributes(file, attributes)
+        _set_attributes(file, {_DIGEST: _content_digest(file, {n: d.hexdigest() for n, d in digests.items()})})
+
+    publish_hdf5(lambda sha256, size: path, write, in_memory=False)
+
+
+def _create(
+    file: h5py.File, grid: Grid, variable: Variable, extents: Mapping[str, int], attributes: Mapping[str, Any]
+) -> None:
+    dims = (*(axis.name for axis in grid.axes), *variable.dims)
+    shape = grid.shape + tuple(extents[dim] for dim in variable.dims)
+    options: dict[str, Any] = {}
+    if grid.axes:
+        chunks = grid.block_shape(BLOCK_CELLS) + shape[len(grid.shape) :]
+        options = {"chunks": chunks, "shuffle": True, "compression": "gzip", "compression_opts": 4, "fletcher32": True}
+    dataset = file.create_dataset(variable.name, shape, variable.dtype, **options)
+    for i, dim in enumerate(dims):
+        dataset.dims[i].attach_scale(file[dim])
+    _set_attributes(dataset, attributes)
+
+
+def _set_attributes(target: h5py.HLObject, attributes: Mapping[str, Any]) -> None:
+    for key, value in attributes.items():
+        target.attrs[key] = np.bytes_(value.encode("utf-8")) if isinstance(value, str) else value
+
+
+def _attributes(target: h5py.HLObject) -> dict[str, Any]:
+    """Return an object's attributes, texts as str, without those that HDF5 and netCDF keep for themselves."""
+    found = {}
+    for key in sorted(target.attrs):
+        if key not in _STRUCTURE:
+            value = target.attrs[key]
+            found[key] = value.decode("utf-8") if isinstance(value, bytes) else value
+    return found
+
+
+def _content_digest(file: h5py.File, digests: dict[str, str]) -> str:
+    """Return the SHA-256 over names, types, shapes, dimensions, attributes and the digests of the data."""
+    content: list[Any] = []
+    for name in sorted(file):
+        dataset = file[name]
+        data = digests.get(name) or hashlib.sha256(_bytes(dataset[()])).hexdigest()
+        listed = {key: np.asarray(value).tolist() for key, value in _attributes(dataset).items()}
+        content.append([name, dataset.dtype.str, dataset.shape, _dims(file, name), listed, data])
+    top = {key: np.asarray(value).tolist() for key, value in _attributes(file).items() if key != _DIGEST}
+    return hashlib.sha256(json.dumps([content, top], sort_keys=True).encode()).hexdigest()
+
+
+def _bytes(values: np.ndarray) -> bytes:
+    if values.dtype.kind == "O":
+        return json.dumps([v.decode() if isinstance(v, bytes) else v for v in values.ravel()]).encode()
+    return values.tobytes()
+
+
+def _dims(file: h5py.File, name: str) -> tuple[str, ...]:
+    dataset = file[name]
+    if dataset.is_scale:
+        return (name,)
+    return tuple(dim[0].name.lstrip("/") for dim in dataset.dims)
+
+
+def read_result(path: Path) -> Stored:
+    """Return a result file's content after it has been verified.
+
+    Raises
+    ------
+    DamageError
+        If it cannot be read, or its content is not what was written.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            stored = Stored(
+                data={name: file[name][()] for name in sorted(file)},
+                dims={name: _dims(file, name) for name in sorted(file)},
+                attributes={name: _attributes(file[name]) for name in sorted(file)},
+                file_attributes=_attributes(file),
+            )
+            digests = {name: hashlib.sha256(_bytes(values)).hexdigest() for name, values in stored.data.items()}
+            good = stored.file_attributes.get(_DIGEST) == _content_digest(file, digests)
+    except FileNotFoundError:
+        raise
+    except (OSError, KeyError, ValueError, RuntimeError, TypeError, AttributeError, IndexError) as error:
+        raise DamageError("cannot be read as a result file", str(path), "run the sweep again to rebuild it") from error
+    if not good:
+        raise DamageError("its content is not what was written", str(path), "run the sweep again to rebuild it")
+    return stored

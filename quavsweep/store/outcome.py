@@ -1,0 +1,119 @@
+"""From shards to a result: blocks of evidence are classified and described, into a file or into memory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from quavsweep.classify import classify, result_variables
+from quavsweep.config import Sweep
+from quavsweep.measures import Variable
+from quavsweep.provenance import Identity
+from quavsweep.store.netcdf import BLOCK_CELLS, Coordinate, Stored, write_result
+from quavsweep.store.shard_set import Block, ShardSet
+
+
+def write_outcome(path: Path, sweep: Sweep, identity: Identity, shards: ShardSet, failed: Mapping[int, str]) -> None:
+    """Classify all evidence and publish the result file.
+
+    Raises
+    ------
+    DamageError
+        If a shard's content is not what was published; nothing is written then.
+    DiskError
+        If the file cannot be written.
+    """
+    variables = {v: _attributes(sweep, v) for v in result_variables(sweep)}
+    write_result(path, sweep.grid, _coordinates(sweep), variables, _classified(shards, failed), _file(sweep, identity))
+
+
+def outcome_in_memory(sweep: Sweep, identity: Identity, shards: ShardSet) -> Stored:
+    """Return what the result file would hold if the missing tiles stayed missing.
+
+    Raises
+    ------
+    DamageError
+        If a shard's content is not what was published.
+    """
+    grid, variables, extents = sweep.grid, result_variables(sweep), sweep.extents
+    coordinates = _coordinates(sweep)
+    axes = tuple(axis.name for axis in grid.axes)
+    data = {v.name: np.empty(grid.shape + v.shape(0, extents)[1:], v.dtype) for v in variables}
+    for block, values in _classified(shards, {}):
+        shape = tuple(s.stop - s.start for s in block)
+        for name, array in data.items():
+            array[block] = values[name].reshape(shape + values[name].shape[1:])
+    return Stored(
+        data | {c.name: c.values for c in coordinates},
+        {v.name: (*axes, *v.dims) for v in variables} | {c.name: (c.name,) for c in coordinates},
+        {v.name: _attributes(sweep, v) for v in variables} | {c.name: dict(c.attributes) for c in coordinates},
+        _file(sweep, identity),
+    )
+
+
+def _classified(shards: ShardSet, failed: Mapping[int, str]) -> Iterator[tuple[Block, Mapping[str, np.ndarray]]]:
+    for block, evidence in shards.blocks(BLOCK_CELLS, failed):
+        yield block, classify(shards.sweep, evidence)
+
+
+def _coordinates(sweep: Sweep) -> list[Coordinate]:
+    """Return the coordinates of a sweep's dimensions, the axes first."""
+    model = sweep.model
+    coordinates = []
+    for axis in sweep.grid.axes:
+        quantity = model.quantity(axis.name)
+        attributes = {
+            "long_name": quantity.meaning or axis.name,
+            "units": _cf(quantity.unit),
+            "symbol": quantity.symbol,
+        }
+        coordinates.append(Coordinate(axis.name, np.array(axis.values), attributes))
+    names = np.array([name.encode() for name in model.state_names], dtype=object)
+    units = ", ".join(state.unit for state in model.states)
+    coordinates.append(Coordinate("state", names, {"long_name": "state variable", "component_units": units}))
+    if sweep.measures.vectors:
+        numbers = np.arange(1, sweep.measures.vectors + 1, dtype=np.int32)
+        coordinates.append(Coordinate("exponent", numbers, {"long_name": "number of the exponent, largest first"}))
+    return coordinates
+
+
+def _attributes(sweep: Sweep, variable: Variable) -> dict[str, Any]:
+    """Return the CF attributes of a variable: meaning, units, and the codes' numbers and names."""
+    time = sweep.model.time_unit
+    same = {state.unit for state in sweep.model.states}
+    unit = {
+        "time": time,
+        "1/time": "1" if time == "1" else f"{time}-1",
+        "state": same.pop() if len(same) == 1 else "1",
+    }.get(variable.unit, variable.unit)
+    attributes: dict[str, Any] = {"long_name": variable.meaning, "units": _cf(unit)}
+    if variable.codes:
+        attributes["flag_values"] = np.array([code.number for code in variable.codes], dtype=variable.dtype)
+        attributes["flag_meanings"] = " ".join(code.name for code in variable.codes)
+    return attributes
+
+
+def _cf(unit: str) -> str:
+    """Return a unit in the notation of the CF conventions: `N m s2/rad2` becomes `N m s2 rad-2`."""
+    over, _, under = unit.partition("/")
+    factors = [factor if factor[-1].isdigit() else f"{factor}1" for factor in under.split()]
+    return " ".join([over, *(f"{factor[:-1]}-{factor[-1]}" for factor in factors)])
+
+
+def _file(sweep: Sweep, identity: Identity) -> dict[str, str]:
+    """Return the attributes of the file; names, folders, times and machines are in none of them."""
+    settings = {k: v for k, v in sweep.canonical().items() if k != "name"}
+    return {
+        "Conventions": "CF-1.11",
+        "title": f"quavsweep result: {sweep.model.name}",
+        "source": sweep.model.source,
+        "model": sweep.model.name,
+        "config": json.dumps(settings),
+        "evidence_id": identity.evidence,
+        "toolchain_id": identity.toolchain,
+        "result_id": identity.result,
+    }

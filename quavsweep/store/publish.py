@@ -1,0 +1,163 @@
+"""Publishing a file: whole and synced under its name, or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO, Any
+
+import h5py
+
+from quavsweep.errors import DiskError
+
+TEMPORARY = ".tmp"  # suffix of files in the making; what a killed process leaves behind
+
+
+class PatientFile:
+    """A binary file for HDF5 that never fails: the first OSError is remembered, and what follows is swallowed.
+
+    An exception on its way through HDF5's own clean-up ends in a crash of the interpreter; the file is discarded
+    instead once HDF5 is done with it.
+    """
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self.file = file
+        self.error: OSError | None = None
+
+    def _try(self, call: Callable[..., Any], *arguments: Any, default: Any = None) -> Any:
+        if self.error is None:
+            try:
+                return call(*arguments)
+            except OSError as error:
+                self.error = error
+        return default
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Move to an offset."""
+        return int(self._try(self.file.seek, offset, whence, default=0))
+
+    def tell(self) -> int:
+        """Return the offset."""
+        return int(self._try(self.file.tell, default=0))
+
+    def write(self, data: Any) -> int:
+        """Write bytes and say that all were written."""
+        view = memoryview(data).cast("B")
+        done = 0
+        while done < len(view) and self.error is None:
+            done += self._try(self.file.write, view[done:], default=0)
+        return len(view)
+
+    def read(self, size: int = -1) -> bytes:
+        """Read bytes."""
+        return bytes(self._try(self.file.read, size, default=b""))
+
+    def readinto(self, buffer: Any) -> int:
+        """Read bytes into a buffer."""
+        return int(self._try(self.file.readinto, buffer, default=0))  # type: ignore[attr-defined]
+
+    def truncate(self, size: int | None = None) -> int:
+        """Cut or lengthen the file."""
+        return int(self._try(self.file.truncate, size, default=0))
+
+    def flush(self) -> None:
+        """Hand written bytes to the system."""
+        self._try(self.file.flush)
+
+
+def publish_hdf5(name: Callable[[str, int], Path], write: Callable[[h5py.File], None], *, in_memory: bool) -> Path:
+    """Write an HDF5 file and give it its name once it is complete and synced.
+
+    Parameters
+    ----------
+    name : callable
+        From SHA-256 and size in bytes to the path.
+    write : callable
+        Fills the open file.
+    in_memory : bool
+        Whether the file is small enough to be built in memory.
+
+    Raises
+    ------
+    DiskError
+        If the disk is full, read-only or refuses; nothing is visible then.
+    """
+    folder = name("0", 0).parent
+    if in_memory:
+        memory = io.BytesIO()
+        with h5py.File(memory, "w", libver=("v110", "v110")) as file:
+            write(file)
+        data = memory.getvalue()
+        return publish_bytes(name(hashlib.sha256(data).hexdigest(), len(data)), data)
+    with _new_file(folder) as (raw, temporary):
+        patient = PatientFile(raw)
+        with h5py.File(patient, "w", libver=("v110", "v110")) as file:
+            write(file)
+        if patient.error is not None:
+            raise patient.error
+        raw.flush()
+        raw.seek(0)
+        path = name(hashlib.file_digest(raw, "sha256").hexdigest(), os.fstat(raw.fileno()).st_size)
+        _reveal(raw, temporary, path)
+    return path
+
+
+def publish_bytes(path: Path, data: bytes) -> Path:
+    """Write a small file whole or not at all.
+
+    Raises
+    ------
+    DiskError
+        If the disk is full, read-only or refuses; nothing is visible then.
+    """
+    with _new_file(path.parent) as (raw, temporary):
+        raw.write(data)
+        raw.flush()
+        _reveal(raw, temporary, path)
+    return path
+
+
+@contextlib.contextmanager
+def _new_file(folder: Path) -> Any:
+    """Open a temporary file in a folder; remove it if it was not revealed, and tell a disk's refusal as such."""
+    temporary: Path | None = None
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle, text = tempfile.mkstemp(suffix=TEMPORARY, dir=folder)
+        temporary = Path(text)
+        with os.fdopen(handle, "w+b") as raw:
+            yield raw, temporary
+    except OSError as error:
+        raise DiskError(f"cannot be written: {error.strerror or error}", str(folder)) from error
+    finally:
+        if temporary is not None:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+
+def _reveal(raw: IO[bytes], temporary: Path, path: Path) -> None:
+    """Sync a complete file, give it its name, and sync the folder so that the name survives a loss of power."""
+    os.fchmod(raw.fileno(), 0o666 & ~_umask())
+    os.fsync(raw.fileno())
+    os.replace(temporary, path)
+    folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+def _umask() -> int:
+    """Return the process's umask from /proc, because asking the system for it would change it under other threads."""
+    try:
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith("Umask:"):
+                return int(line.split()[1], 8)
+    except (OSError, ValueError):
+        pass
+    return 0o022

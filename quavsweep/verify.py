@@ -1,0 +1,53 @@
+"""Checking all bytes of a run's folder against their digests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from quavsweep.config import load_sweep
+from quavsweep.errors import ConfigError, DamageError
+from quavsweep.provenance import identify
+from quavsweep.store import RunFolder, ShardSet, read_result
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a check found: shards looked at, tiles missing, whether there is a result, and what is damaged."""
+
+    shards: int
+    missing: int
+    result: bool
+    damaged: tuple[str, ...]
+
+
+def verify_folder(path: Path) -> Verdict:
+    """Check every shard and the result of a run's folder; nothing is changed.
+
+    Raises
+    ------
+    ConfigError
+        If the folder is not that of a run.
+    """
+    folder = RunFolder(path)
+    if not folder.config.is_file():
+        raise ConfigError("is not the folder of a run", str(path), "it has no config.yaml")
+    sweep = load_sweep(folder.config)
+    identity = identify(sweep)
+    shards = ShardSet.scan(folder, sweep, identity, 1)
+    damaged = []
+    for index in sorted(shards.shards):
+        try:
+            shards.read(index, {})
+        except DamageError as error:
+            damaged.append(str(error))
+    has_result = folder.result.exists()
+    if has_result:
+        try:
+            stored = read_result(folder.result)
+            if stored.file_attributes.get("result_id") != identity.result:
+                damaged.append(f"{folder.result}: is the result of another sweep, engine or toolchain")
+        except DamageError as error:
+            damaged.append(str(error))
+    missing = len(shards.missing()) if shards.shards else -1
+    return Verdict(len(shards.shards), missing, has_result, tuple(damaged))
