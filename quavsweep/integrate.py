@@ -22,7 +22,7 @@ from quavsweep.measures import Variable
 
 LOG_STEPS = 400  # a step of RK4 shrinks a vector to no less than 0.27, and 0.27**400 does not underflow
 LONGEST_CALL = 0.3  # s, so that a stop is answered soon
-OPERATION_NS = 0.04  # time of one operation of the step in one lane, from the cost of the printed kernels
+OPERATION_NS = 0.033  # time of one operation of the step in one lane, from the cost of the printed kernels
 
 Evidence = dict[str, np.ndarray]
 

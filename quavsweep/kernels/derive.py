@@ -13,6 +13,8 @@ from quavsweep.kernels.program import Assignment, Program, Ref
 if TYPE_CHECKING:
     from quavsweep.models import Model
 
+LARGEST_POWER = 16
+
 
 def derive(model: Model) -> Program:
     """Return the program of a model.
@@ -152,7 +154,7 @@ class _Writer:
         over, under = [], []
         for factor in expression.args:
             base, power = factor.as_base_exp()
-            if power.is_Integer and power < 0:
+            if (2 * power).is_Integer and power < 0:
                 under.append(base**-power)
             else:
                 over.append(factor)
@@ -167,12 +169,21 @@ class _Writer:
 
     def _power(self, expression: sp.Expr) -> Ref:
         base, power = expression.args
-        if power == sp.Rational(1, 2):
-            return self._operation("sqrt", self._ref(base))
-        if not power.is_Integer or abs(power) > 16:
-            raise ModelError(f"the power {power} cannot be compiled", self.where, "integers up to 16 and sqrt can")
+        if not (2 * power).is_Integer or abs(power) > LARGEST_POWER:
+            raise ModelError(
+                f"the power {power} cannot be compiled", self.where, f"multiples of 1/2 up to {LARGEST_POWER} can"
+            )
         if power < 0:
             return self._operation("div", 1.0, self._ref(base**-power))
-        half = self._ref(base ** (power // 2))
+        whole = self._whole_power(self._ref(base), int(power))
+        if power.is_Integer:
+            return whole
+        root = self._operation("sqrt", self._ref(base))
+        return self._operation("mul", root, whole) if power > 1 else root
+
+    def _whole_power(self, ref: Ref, power: int) -> Ref:
+        if power < 2:
+            return ref if power else 1.0
+        half = self._whole_power(ref, power // 2)
         square = self._operation("mul", half, half)
-        return self._operation("mul", square, self._ref(base)) if power % 2 else square
+        return self._operation("mul", square, ref) if power % 2 else square

@@ -95,7 +95,7 @@ class Layout:
 
     def _cells(self, lanes: np.ndarray, first: int, last: int, n: int) -> np.ndarray:
         rows = lanes[:, first:last].transpose(0, 2, 1)
-        return np.ascontiguousarray(rows.reshape(lanes.shape[0] * self.lanes, last - first)[:n])
+        return rows.reshape(lanes.shape[0] * self.lanes, last - first)[:n].copy()
 
 
 def aligned_empty(shape: tuple[int, ...]) -> np.ndarray:

@@ -1,0 +1,1 @@
+"""Tests: closed forms, identities and naive twins first; invariances to the bit."""

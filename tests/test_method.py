@@ -1,0 +1,51 @@
+"""Methods: tables check themselves, and the order shows in the error."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from quavsweep.kernels.compiler import make_advance
+from quavsweep.kernels.layout import Layout
+from quavsweep.kernels.lookup import make_program
+from quavsweep.kernels.method import RK4, ButcherTable, density, rooted_trees
+from quavsweep.models import load_model
+
+
+def test_numbers_of_rooted_trees() -> None:
+    assert [len(rooted_trees(n)) for n in range(1, 9)] == [1, 1, 2, 4, 9, 20, 48, 115]
+    assert sorted(density(tree) for tree in rooted_trees(4)) == [4, 8, 12, 24]
+
+
+def test_stability_polynomial_of_rk4() -> None:
+    np.testing.assert_allclose(RK4.stability, [1, 1, 1 / 2, 1 / 6, 1 / 24], rtol=1e-15)
+
+
+def test_a_table_that_misses_its_order_cannot_exist() -> None:
+    with pytest.raises(ValueError, match="order 2"):
+        ButcherTable("rk4", 4, RK4.a, (Fraction(1, 6), Fraction(1, 3), Fraction(1, 4), Fraction(1, 4)))
+    with pytest.raises(ValueError, match="order 5"):
+        ButcherTable("rk4", 5, RK4.a, RK4.b)
+    with pytest.raises(ValueError, match="do not fit"):
+        ButcherTable("rk4", 4, RK4.a, RK4.b[:3])
+
+
+@pytest.mark.parametrize(("name", "u", "end"), [("quadrotor_yaw", (0.5, -0.4, 1.0), 8.0), ("lorenz", (1, 2, 20), 1.0)])
+def test_error_falls_with_the_fourth_power_of_the_step(name: str, u: tuple[float, ...], end: float) -> None:
+    model = load_model(name)
+    p = list(model.defaults.values())
+    exact = solve_ivp(lambda t, x: model.rhs(*x, *p), (0, end), u, "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    program = make_program(model)
+    layout = Layout(3, 0, len(program.coefficients))
+    coefficients = program.coefficient_values([np.array([value]) for value in p])
+    steps = np.array([800, 1131, 1600, 2263, 3200])
+    errors = []
+    for n in steps:
+        lanes = layout.pack(np.array([u], dtype=float), np.empty((1, 0, 3)), coefficients)
+        make_advance(program, RK4, layout)(lanes.reshape(-1), 0, 1, 1, n, end / n)
+        errors.append(np.linalg.norm(layout.state(lanes, 1)[0] - exact))
+    slope = np.polyfit(np.log(end / steps), np.log(errors), 1)[0]
+    assert slope == pytest.approx(4.0, abs=0.1)

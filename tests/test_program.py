@@ -1,0 +1,91 @@
+"""Programs: stored as data, derived once, refused where they cannot be compiled."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from quavsweep.errors import ModelError
+from quavsweep.kernels.derive import derive
+from quavsweep.kernels.layout import Layout
+from quavsweep.kernels.lookup import make_program
+from quavsweep.kernels.method import RK4
+from quavsweep.kernels.printer import step_operations
+from quavsweep.kernels.program import Program
+from quavsweep.models import NAMES, Model, Parameter, State, load_model
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_program_survives_storage(name: str) -> None:
+    program = derive(load_model(name))
+    stored = Program.from_json(program.to_json())
+    assert stored == program
+    assert stored.digest == program.digest
+    assert hash(stored) == hash(program)
+
+
+def test_derivation_is_repeatable() -> None:
+    model = load_model("quadrotor_yaw")
+    assert derive(model) == derive(model)
+
+
+def test_a_warm_start_does_not_import_sympy() -> None:
+    make_program(load_model("lorenz"))
+    code = (
+        "import sys; from quavsweep.models import load_model; from quavsweep.kernels.lookup import make_program;"
+        "make_program(load_model('lorenz')); sys.exit('sympy' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_yaw_needs_39_operations_per_stage() -> None:
+    program = make_program(load_model("quadrotor_yaw"))
+    # 3 shared terms and 6 in the derivatives, 3 more in the Jacobian, 9 for each of 3 vectors; 7 sums of 12 rows.
+    assert step_operations(program, RK4, Layout(3, 3, 9)) <= 4 * (18 + 27) + 7 * 12
+
+
+def test_coefficients_are_hoisted() -> None:
+    program = make_program(load_model("quadrotor_yaw"))
+    rest = program.needed([*program.rhs, *(x for row in program.jacobian for x in row)], program.coefficients)
+    assert not {ref for a in rest for ref in a.arguments} & set(program.parameters)
+
+
+def _model(function: object, states: str, parameters: str = "") -> Model:
+    return Model(
+        "odd",
+        function,  # type: ignore[arg-type]
+        tuple(State(s) for s in states.split()),
+        tuple(Parameter(p, 1.5) for p in parameters.split()),
+    )
+
+
+def test_rational_and_irrational_equations_are_compiled() -> None:
+    def rhs(x, y, a):  # type: ignore[no-untyped-def]
+        return a * x / (1 + x**2) - y**3, sp.sqrt(x**2 + a) * y if isinstance(x, sp.Basic) else np.sqrt(x**2 + a) * y
+
+    program = derive(_model(rhs, "x y", "a"))
+    values = {"u_x": 0.7, "u_y": -1.3, "p_a": 2.5}
+    np.testing.assert_allclose(program.evaluate(program.rhs, values), rhs(0.7, -1.3, 2.5), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("function", "says"),
+    [
+        (lambda x: (sp.sin(x),), "sin cannot be compiled"),
+        (lambda x: (x ** sp.Rational(1, 3),), "power 1/3"),
+        (lambda x: (x, x), "1 states but 2 derivatives"),
+        (lambda x: (1.0 if x > 0 else -1.0,), "cannot be evaluated with symbols"),
+    ],
+)
+def test_what_cannot_be_compiled_is_named(function: object, says: str) -> None:
+    with pytest.raises(ModelError, match=says):
+        derive(_model(function, "x"))
+
+
+def test_a_linear_model_with_constant_derivative_is_compiled() -> None:
+    program = derive(_model(lambda x, y: (1, -2 * x), "x y"))
+    assert program.evaluate(program.rhs, {"u_x": 3.0, "u_y": 0.0}) == [1.0, -6.0]
