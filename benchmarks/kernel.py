@@ -67,7 +67,9 @@ def main() -> int:
         contenders = {"printed kernel": printed(), "C, vector types": handwritten(compiler, Path(folder))}
         samples = compare(contenders)
     for name, values in samples.items():
-        print(f"{name:16} {statistics.median(values):6.2f} ns per step and cell, {min(values):.2f} to {max(values):.2f}")
+        print(
+            f"{name:16} {statistics.median(values):6.2f} ns per step and cell, {min(values):.2f} to {max(values):.2f}"
+        )
     ratios = [a / b for a, b in zip(*samples.values(), strict=True)]
     print(f"{'ratio':16} {statistics.median(ratios):6.2f}, {min(ratios):.2f} to {max(ratios):.2f}")
     return 0

@@ -82,12 +82,13 @@ def classify(sweep: Sweep, evidence: Evidence) -> dict[str, np.ndarray]:
         over = status == Status.TIME_OVER
         region[over & exponents.chaotic] = Region.CHAOS
         region[over & exponents.periodic] = Region.PERIODIC
-        result["was_chaotic"] = (exponents.was_chaotic | (region == Region.CHAOS)).astype(np.int8)
     resting = certificate == Certificate.REST
     region[resting & (evidence["eigenvalue_re"][:, 0] > 0)] = Region.SADDLE
     region[resting & ~(evidence["eigenvalue_re"][:, 0] > 0)] = Region.UNDECIDED
     region[status == Status.DIVERGED] = Region.UNBOUNDED
     region[sink] = Region.SINK
+    if sweep.measures.lyapunov:
+        result["was_chaotic"] = exponents.was_chaotic | (region == Region.CHAOS)
     result["region"] = region.astype(np.int8)
     return {v.name: np.asarray(result[v.name], dtype=v.dtype) for v in result_variables(sweep)}
 

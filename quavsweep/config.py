@@ -350,8 +350,9 @@ def _first_error(error: ValidationError, place: _Place) -> ConfigError:
             given = repr(item["input"])
             what = f"{given if len(given) < 40 else given[:37] + '...'} is not accepted"
             possible = f"it should be {message}" if message != item["msg"] else item["msg"]
-        found.append((place.line(keys), keys, what, possible))
-    _, keys, what, possible = min(found, key=lambda row: row[0])
+        # A misspelt key makes another one missing; the misspelt one is what the user has to see.
+        found.append((item["type"] == "missing", place.line(keys), keys, what, possible))
+    *_, keys, what, possible = min(found, key=lambda row: row[:2])
     return place.error(keys, what, possible)
 
 
@@ -455,7 +456,7 @@ def _clock(config: Config, place: _Place) -> Clock:
     section, lyapunov = config.integrate, config.measures.lyapunov
     block = lyapunov.block if lyapunov else 25
     total = section.transient + section.duration
-    wanted = lyapunov.batch if lyapunov and lyapunov.batch else total / BATCHES
+    wanted = lyapunov.batch if lyapunov and lyapunov.batch else min(total / BATCHES, section.segment or total)
     batch_blocks = _whole(wanted, block * section.dt)
     batch = batch_blocks * block * section.dt
     segment_batches = _whole(section.segment, batch) if section.segment else BATCHES_PER_SEGMENT

@@ -201,7 +201,7 @@ class Shape:
 
 
 def _lyapunov_shape(jacobian: np.ndarray, slowest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return T, T^-1 and validity with T^T T = P, (J + s I)^T P + P (J + s I) = -I; s is a share of the slowest rate."""
+    """Return T, T^-1 and validity with T^T T = P, (J + s I)^T P + P (J + s I) = -I; s is part of the slowest rate."""
     n, dimension, _ = jacobian.shape
     one = np.eye(dimension)
     transposed = (jacobian - SHIFT * slowest[:, None, None] * one).transpose(0, 2, 1)

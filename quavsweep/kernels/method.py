@@ -46,6 +46,8 @@ class ButcherTable:
             raise ValueError(
                 f"{self.name}: {len(self.b)} weights do not fit stages of length {[len(r) for r in self.a]}"
             )
+        if not self.b[-1]:
+            raise ValueError(f"{self.name}: its last stage has no weight, so it does nothing")
         for size in range(1, self.order + 1):
             for tree in rooted_trees(size):
                 miss = float(sum(w * v for w, v in zip(self.b, self._weights(tree), strict=True))) - 1 / density(tree)

@@ -15,11 +15,12 @@ import numpy as np
 from quavsweep.errors import DamageError
 from quavsweep.grid import Grid
 from quavsweep.measures import Variable
-from quavsweep.store.publish import publish_hdf5
+from quavsweep.store.publish import is_sealed, publish_hdf5
 
 BLOCK_CELLS = 8192  # cells that are classified, compressed and read at once
 _STRUCTURE = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "_Netcdf4Dimid", "_NCProperties")
 _DIGEST = "content_sha256"
+REBUILD = "run the sweep again to rebuild it"
 
 
 @dataclass(frozen=True)
@@ -159,6 +160,8 @@ def read_result(path: Path) -> Stored:
         If it cannot be read, or its content is not what was written.
     """
     try:
+        if not is_sealed(path):
+            raise DamageError("its bytes are not those that were written", str(path), REBUILD)
         with h5py.File(path, "r") as file:
             stored = Stored(
                 data={name: file[name][()] for name in sorted(file)},
@@ -171,7 +174,7 @@ def read_result(path: Path) -> Stored:
     except FileNotFoundError:
         raise
     except (OSError, KeyError, ValueError, RuntimeError, TypeError, AttributeError, IndexError) as error:
-        raise DamageError("cannot be read as a result file", str(path), "run the sweep again to rebuild it") from error
+        raise DamageError("cannot be read as a result file", str(path), REBUILD) from error
     if not good:
-        raise DamageError("its content is not what was written", str(path), "run the sweep again to rebuild it")
+        raise DamageError("its content is not what was written", str(path), REBUILD)
     return stored

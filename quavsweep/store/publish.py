@@ -15,6 +15,7 @@ import h5py
 
 from quavsweep.errors import DiskError
 
+_SEAL = b"quavsweep sha256 %s\n"  # appended to a file that is not named by its digest
 TEMPORARY = ".tmp"  # suffix of files in the making; what a killed process leaves behind
 
 
@@ -80,7 +81,7 @@ def publish_hdf5(name: Callable[[str, int], Path], write: Callable[[h5py.File], 
     write : callable
         Fills the open file.
     in_memory : bool
-        Whether the file is small enough to be built in memory.
+        Whether the file is small enough to be built in memory; if not, it ends with a seal, see `is_sealed`.
 
     Raises
     ------
@@ -102,9 +103,37 @@ def publish_hdf5(name: Callable[[str, int], Path], write: Callable[[h5py.File], 
             raise patient.error
         raw.flush()
         raw.seek(0)
-        path = name(hashlib.file_digest(raw, "sha256").hexdigest(), os.fstat(raw.fileno()).st_size)
+        sha256 = hashlib.file_digest(raw, "sha256").hexdigest()
+        raw.seek(0, os.SEEK_END)
+        raw.write(_SEAL % sha256.encode())
+        raw.flush()
+        path = name(sha256, raw.tell())
         _reveal(raw, temporary, path)
     return path
+
+
+def is_sealed(path: Path) -> bool:
+    """Whether a file ends with a seal that fits all bytes before it.
+
+    HDF5 does not look beyond the end that its superblock names, so a seal does not disturb other readers; and it is
+    checked before HDF5 sees the file, because a single flipped bit can keep HDF5 busy for ever.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    """
+    length = len(_SEAL % bytes(64))
+    with path.open("rb") as file:
+        left = file.seek(0, os.SEEK_END) - length
+        if left < 0:
+            return False
+        file.seek(0)
+        digest = hashlib.sha256()
+        while left and (data := file.read(min(left, 2**20))):
+            digest.update(data)
+            left -= len(data)
+        return file.read() == _SEAL % digest.hexdigest().encode()
 
 
 def publish_bytes(path: Path, data: bytes) -> Path:

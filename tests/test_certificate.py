@@ -1,0 +1,183 @@
+"""Certificates: what they claim is what the integrator does, and what they cannot claim they do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from quavsweep.analysis.certificate import Shape, attracted, examine
+from quavsweep.analysis.equilibrium import eigensystem, newton, solve, vector_field
+from quavsweep.analysis.interval import Interval
+from quavsweep.kernels.derive import derive
+from quavsweep.kernels.lookup import make_program
+from quavsweep.kernels.method import RK4
+from quavsweep.models import Model, Parameter, State, load_model
+
+DT = 0.02
+
+
+def _yaw(omega: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return coefficients of one cell and the side equilibrium next to Table 3's."""
+    model = load_model("quadrotor_yaw")
+    program = make_program(model)
+    p = model.defaults | {"Omega1": omega}
+    coefficients = program.coefficient_values([np.array([value]) for value in p.values()])
+    guess = np.array([[0.043, 0.1012, 0.0]]) * np.sqrt(omega) + np.array([[0, 0, 0.4443]])
+    found, point = newton(program, guess, coefficients)
+    assert found.all()
+    return coefficients, point
+
+
+@pytest.mark.literature
+@pytest.mark.parametrize(
+    ("omega", "point", "real"),
+    [
+        (100, (0.4229, 0.9938, 0.4443), (-0.0164, -0.0164, -0.1572)),
+        (196.4, (0.6025, 1.4159, 0.4443), (-0.0159, -0.0159, -0.1581)),
+        (260, (0.6961, 1.6358, 0.4443), (-0.0158, -0.0158, -0.1584)),  # eigenvalues: not as printed, see README
+    ],
+)
+def test_equilibria_and_eigenvalues_of_table_3(omega: float, point: tuple[float, ...], real: tuple[float, ...]) -> None:
+    coefficients, equilibrium = _yaw(omega)
+    np.testing.assert_allclose(equilibrium[0], point, atol=6e-5)
+    spectrum, _ = eigensystem(vector_field(make_program(load_model("quadrotor_yaw")), equilibrium, coefficients)[1])
+    np.testing.assert_allclose(spectrum[0].real, real, atol=6e-5)
+
+
+@pytest.mark.parametrize("omega", [60.0, 196.4, 480.0])
+def test_orbits_from_the_rim_of_a_certificate_fall_in(omega: float) -> None:
+    model = load_model("quadrotor_yaw")
+    program = make_program(model)
+    coefficients, point = _yaw(omega)
+    jacobian = vector_field(program, point, coefficients)[1]
+    spectrum, vectors = eigensystem(jacobian)
+    shape = Shape.around(jacobian, spectrum, vectors)
+    level = _largest_level(program, shape, point, coefficients)
+    assert level > 0.01
+    directions = np.random.default_rng(4).normal(size=(20, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    p = [omega if name == "Omega1" else value for name, value in model.defaults.items()]
+    for y in level * directions:
+        u = point[0] + shape.to_x[0] @ y
+        before = np.linalg.norm(y)
+        for _ in range(50):
+            for _ in range(20):
+                k1 = np.array(model.rhs(*u, *p))
+                k2 = np.array(model.rhs(*(u + DT / 2 * k1), *p))
+                k3 = np.array(model.rhs(*(u + DT / 2 * k2), *p))
+                k4 = np.array(model.rhs(*(u + DT * k3), *p))
+                u = u + DT / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+            after = np.linalg.norm(shape.to_y[0] @ (u - point[0]))
+            assert after < before
+            before = after
+
+
+def _largest_level(program: object, shape: Shape, point: np.ndarray, coefficients: np.ndarray) -> float:
+    low, high = 1e-9, 1e3
+    for _ in range(60):
+        middle = np.sqrt(low * high)
+        good = shape.decreases(program, RK4, DT, point, coefficients, np.array([middle]))[0]  # type: ignore[arg-type]
+        low, high = (middle, high) if good else (low, middle)
+    return low
+
+
+def test_a_saddle_is_never_certified() -> None:
+    model = load_model("quadrotor_yaw")
+    program = make_program(model)
+    coefficients, _ = _yaw(196.4)
+    p = model.defaults
+    top = 2 * p["d"] * (p["c"] ** 2 + 2 * p["c"] * p["Omega1"]) / p["k6"]
+    ends = examine(program, RK4, DT, np.array([[0.0, 0.0, top]]), coefficients)
+    assert not ends.inside[0]
+    assert ends.resting[0]
+    assert ends.eigenvalues[0, 0].real == pytest.approx(2.7276, abs=5e-5)
+
+
+def test_a_state_far_from_every_equilibrium_is_not_certified() -> None:
+    program = make_program(load_model("quadrotor_yaw"))
+    coefficients, point = _yaw(196.4)
+    ends = examine(program, RK4, DT, point + 0.5, coefficients)
+    assert not ends.inside[0]
+    assert np.isnan(ends.equilibrium).all()
+
+
+def _linear(matrix: np.ndarray) -> Model:
+    """Return x' = A x for a 2 x 2 matrix."""
+    a, b, c, d = matrix.ravel()
+    return Model(
+        "linear2",
+        lambda x, y, a, b, c, d: (a * x + b * y, c * x + d * y),
+        (State("x"), State("y")),
+        (Parameter("a", a), Parameter("b", b), Parameter("c", c), Parameter("d", d)),
+    )
+
+
+@pytest.mark.parametrize(
+    ("matrix", "dt", "stable"),
+    [
+        ([[-1.0, 0.0], [0.0, -2.0]], 0.1, True),
+        ([[-1.0, 100.0], [0.0, -1.1]], 0.01, True),  # far from normal
+        ([[-1.0, 1.0], [0.0, -1.0]], 0.1, True),  # one eigenvector only
+        ([[-0.1, 5.0], [-5.0, -0.1]], 0.1, True),
+        ([[0.0, 5.0], [-5.0, 0.0]], 0.1, False),  # a centre
+        ([[-1.0, 0.0], [0.0, 0.1]], 0.1, False),
+        ([[-1.0, 0.0], [0.0, -40.0]], 0.1, False),  # a sink of the flow that the method cannot reach
+    ],
+)
+def test_linear_systems(matrix: list[list[float]], dt: float, stable: bool) -> None:
+    model = _linear(np.array(matrix))
+    program = derive(model)
+    coefficients = program.coefficient_values([np.array([value]) for value in model.defaults.values()])
+    assert examine(program, RK4, dt, np.array([[0.3, -0.2]]), coefficients).inside[0] == stable
+
+
+def test_the_basin_of_a_quadratic_system_is_respected() -> None:
+    """x' = -x + x^2 is attracted to 0 below x = 1, and nothing at or beyond that may be certified."""
+    model = Model("bounded", lambda x, a: (-a * x + x**2,), (State("x"),), (Parameter("a", 1.0),))
+    program = derive(model)
+    x = np.linspace(-0.99, 0.99, 199)
+    coefficients = program.coefficient_values([np.ones_like(x)])
+    point = np.zeros((len(x), 1))
+    jacobian = np.full((len(x), 1, 1), -1.0)
+    spectrum, vectors = eigensystem(jacobian)
+    inside = attracted(program, RK4, 0.01, x[:, None], coefficients, point, jacobian, spectrum, vectors)
+    assert inside[np.abs(x) < 0.8].all()
+    assert not examine(program, RK4, 0.01, np.array([[1.0 + 1e-9]]), coefficients[:, :1]).inside[0]
+
+
+def test_a_certificate_does_not_depend_on_its_neighbours() -> None:
+    program = make_program(load_model("quadrotor_yaw"))
+    coefficients, point = _yaw(196.4)
+    rng = np.random.default_rng(6)
+    u = point + rng.normal(size=(200, 3)) * np.logspace(-6, 0, 200)[:, None]
+    together = examine(program, RK4, DT, u, np.repeat(coefficients, 200, axis=1))
+    assert 10 < together.inside.sum() < 190
+    for i in range(0, 200, 7):
+        alone = examine(program, RK4, DT, u[i : i + 1], coefficients)
+        assert alone.inside[0] == together.inside[i]
+        np.testing.assert_array_equal(alone.equilibrium[0], together.equilibrium[i])
+        np.testing.assert_array_equal(alone.eigenvalues[0], together.eigenvalues[i])
+
+
+def test_elimination_solves_and_leaves_singular_systems_alone() -> None:
+    rng = np.random.default_rng(7)
+    matrix, right = rng.normal(size=(50, 4, 4)), rng.normal(size=(50, 4))
+    matrix[3] = 0.0
+    with np.errstate(all="ignore"):
+        solution = solve(matrix, right)
+    good = np.arange(50) != 3
+    np.testing.assert_allclose(np.einsum("nij,nj->ni", matrix, solution)[good], right[good], atol=1e-10)
+    assert not np.isfinite(solution[3]).any()
+
+
+def test_intervals_hold_all_values() -> None:
+    rng = np.random.default_rng(9)
+    low = rng.uniform(-2, 2, (2, 400))
+    high = low + rng.uniform(0, 1, (2, 400))
+    a, b = (Interval(low[i], high[i]) for i in range(2))
+    x, y = (low[i] + (high[i] - low[i]) * rng.uniform(0, 1, (30, 400)) for i in range(2))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for interval, values in ((a + b, x + y), (a - b, x - y), (a * b, x * y), (a / b, x / y), (2 - a, 2 - x)):
+            assert (interval.low <= values).all()
+            assert (values <= interval.high).all()
+    assert (Interval.of(3.0).radius == 0).all()

@@ -1,0 +1,172 @@
+"""The store: published whole or not at all, and no damaged byte is ever read as data."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from quavsweep.config import Sweep
+from quavsweep.errors import DamageError, DiskError, LockedError
+from quavsweep.grid import Tile
+from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.provenance import identify
+from quavsweep.store import RunFolder, ShardSet, read_result, write_shard
+from quavsweep.store.publish import PatientFile, publish_bytes, publish_hdf5
+from quavsweep.store.shard import Shard, read_shard, scan_shards, set_aside
+from quavsweep.sweep import run_sweep
+from tests.conftest import YAW
+
+
+@pytest.fixture
+def sweep(make_sweep: Callable[..., Sweep]) -> Sweep:
+    return make_sweep(YAW)
+
+
+@pytest.fixture
+def shard(sweep: Sweep, tmp_path: Path) -> Shard:
+    tile = Tile(1, 32, 45)
+    evidence = integrate_tile(make_plan(sweep, 16), tile, lambda: False)
+    return write_shard(tmp_path / "shards", tile, 32, sweep.measures.evidence, evidence, "owner")
+
+
+def _read(shard: Shard, sweep: Sweep, tile: Tile = Tile(1, 32, 45), owner: str = "owner") -> dict[str, np.ndarray]:
+    return read_shard(shard, tile, sweep.measures.evidence, sweep.extents, owner)
+
+
+def test_a_shard_returns_what_was_written(shard: Shard, sweep: Sweep) -> None:
+    evidence = integrate_tile(make_plan(sweep, 16), Tile(1, 32, 45), lambda: False)
+    for name, values in _read(shard, sweep).items():
+        np.testing.assert_array_equal(values, evidence[name])
+    assert scan_shards(shard.path.parent) == {1: [shard]}
+
+
+def test_the_same_evidence_gives_the_same_bytes(shard: Shard, sweep: Sweep, tmp_path: Path) -> None:
+    evidence = _read(shard, sweep)
+    again = write_shard(tmp_path / "more", Tile(1, 32, 45), 32, sweep.measures.evidence, evidence, "owner")
+    assert again.path.name == shard.path.name
+    assert again.path.read_bytes() == shard.path.read_bytes()
+
+
+def test_every_flipped_bit_is_seen(shard: Shard, sweep: Sweep) -> None:
+    good = shard.path.read_bytes()
+    for offset in np.random.default_rng(2).integers(0, len(good) * 8, 200):
+        data = bytearray(good)
+        data[offset // 8] ^= 1 << (offset % 8)
+        shard.path.write_bytes(data)
+        with pytest.raises(DamageError):
+            _read(shard, sweep)
+
+
+def test_truncated_and_foreign_shards_are_seen(shard: Shard, sweep: Sweep) -> None:
+    with pytest.raises(DamageError, match="another tile"):
+        _read(shard, sweep, owner="somebody else")
+    with pytest.raises(DamageError, match="another tile"):
+        _read(shard, sweep, Tile(2, 64, 77))
+    shard.path.write_bytes(shard.path.read_bytes()[:-1])
+    assert scan_shards(shard.path.parent) == {}
+    with pytest.raises(DamageError):
+        _read(shard, sweep)
+
+
+def test_what_is_set_aside_is_not_found(shard: Shard) -> None:
+    set_aside(shard)
+    assert scan_shards(shard.path.parent) == {}
+    assert len(list(shard.path.parent.iterdir())) == 1
+
+
+def test_a_folder_in_the_place_of_a_shard_is_no_shard(shard: Shard) -> None:
+    shard.path.unlink()
+    shard.path.mkdir()
+    assert scan_shards(shard.path.parent) == {}
+
+
+class _FullDisk(io.BytesIO):
+    """A file that takes so many bytes and no more."""
+
+    room = 3000
+
+    def write(self, data: object) -> int:
+        size = memoryview(data).nbytes  # type: ignore[arg-type]
+        if self.tell() + size > self.room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return super().write(data)  # type: ignore[arg-type]
+
+
+def test_hdf5_survives_a_disk_that_is_full() -> None:
+    patient = PatientFile(_FullDisk())
+    with h5py.File(patient, "w", libver=("v110", "v110")) as file:
+        for i in range(20):
+            file.create_dataset(f"x{i}", data=np.arange(1000.0), chunks=(100,), compression="gzip")
+    assert patient.error is not None
+    assert patient.error.errno == errno.ENOSPC
+
+
+@pytest.mark.parametrize("in_memory", [True, False])
+def test_a_failed_publication_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, in_memory: bool) -> None:
+    def refuse(handle: int) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(os, "fsync", refuse)
+    with pytest.raises(DiskError, match="Input/output error"):
+        publish_hdf5(lambda sha, size: tmp_path / "x.h5", lambda f: f.create_group("g"), in_memory=in_memory)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_publishing_under_a_file_is_a_disk_error(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(DiskError):
+        publish_bytes(tmp_path / "file" / "x", b"1")
+
+
+def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path / "run")
+    with folder.lock(), pytest.raises(LockedError, match="process"), folder.lock():
+        pass
+    with folder.lock():
+        pass
+
+
+def test_a_lock_clears_what_a_killed_run_left(tmp_path: Path) -> None:
+    litter = tmp_path / "shards" / "a" / "x.tmp"
+    litter.parent.mkdir(parents=True)
+    litter.write_text("half")
+    with RunFolder(tmp_path).lock():
+        assert not litter.exists()
+
+
+def test_a_damaged_result_is_seen_and_rebuilt(sweep: Sweep, tmp_path: Path) -> None:
+    path = run_sweep(sweep, tmp_path)
+    good = path.read_bytes()
+    for offset in np.random.default_rng(3).integers(0, len(good) * 8, 200):
+        data = bytearray(good)
+        data[offset // 8] ^= 1 << (offset % 8)
+        path.write_bytes(data)
+        with pytest.raises(DamageError):
+            read_result(path)
+    path.write_bytes(good[: len(good) // 2])
+    with pytest.raises(DamageError):
+        read_result(path)
+    assert run_sweep(sweep, tmp_path).read_bytes() == good
+
+
+def test_a_damaged_shard_is_done_again(sweep: Sweep, tmp_path: Path) -> None:
+    path = run_sweep(sweep, tmp_path, tile_cells=32)
+    good = path.read_bytes()
+    identity = identify(sweep)
+    shards = ShardSet.scan(RunFolder(tmp_path), sweep, identity, 1)
+    assert shards.tile_cells == 32
+    victim = shards.shards[0].path
+    data = bytearray(victim.read_bytes())
+    data[len(data) // 2] ^= 1
+    victim.write_bytes(data)
+    path.unlink()
+    assert run_sweep(sweep, tmp_path).read_bytes() == good
+    assert victim.with_suffix(".bad").exists()
+    assert victim.exists()
