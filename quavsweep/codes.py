@@ -78,10 +78,10 @@ REGION = _table(
         Region.SINK: ("sink", "#0072b2"),
         Region.PERIODIC: ("periodic", "#f0e442"),
         Region.QUASI_PERIODIC: ("quasi-periodic", "#cc79a7"),
-        Region.CHAOS: ("chaos", "#c23b22"),
+        Region.CHAOS: ("chaos", "#b5202e"),
         Region.UNBOUNDED: ("unbounded", "#000000"),
         Region.SADDLE: ("saddle", "#56b4e9"),
-        Region.UNDECIDED: ("undecided", "#b3b3b3"),
+        Region.UNDECIDED: ("undecided", "#d9d9d9"),
     },
 )
 

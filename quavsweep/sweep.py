@@ -11,6 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from quavsweep.codes import Status
 from quavsweep.config import Sweep, dump_config, load_sweep
 from quavsweep.errors import ConfigError, DamageError, IdentityError, StoppedError, TilesFailedError
 from quavsweep.executor import run_tiles
@@ -200,7 +203,9 @@ def _consolidate(
     """Write the result unless it is there; return False if shards turned out damaged and were set aside."""
     if not shards.missing():
         with contextlib.suppress(FileNotFoundError, DamageError):
-            if read_result(folder.result).file_attributes.get("result_id") == identity.result:
+            stored = read_result(folder.result)
+            whole = not np.isin(stored.data["status"], (Status.NOT_COMPUTED, Status.FAILED)).any()
+            if whole and stored.file_attributes["result_id"] == identity.result:
                 return True
     try:
         write_outcome(folder.result, sweep, identity, shards, failed)

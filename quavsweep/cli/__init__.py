@@ -163,24 +163,27 @@ def _main() -> int:
     try:
         cli.main(args=arguments, prog_name="quavsweep", standalone_mode=False)
         sys.stdout.flush()
-        return 0
-    except QuavsweepError as error:
-        message, code = str(error), error.exit_code
-    except click.ClickException as error:
-        message, code = error.format_message(), EXIT_USAGE
-        if isinstance(error, click.UsageError) and error.ctx is not None:
-            message += f" (see {error.ctx.command_path} --help)"
-    except (click.Abort, KeyboardInterrupt):
-        message, code = "interrupted", EXIT_SECOND_INTERRUPT
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_DISK
-    except OSError as error:
-        message, code = f"{error.filename or 'the disk'}: {error.strerror or error}", EXIT_DISK
-    except Exception as error:
-        message = f"this is a bug in quavsweep: {type(error).__name__}: {error}; --traceback shows where"
-        code = EXIT_BUG
-    if show:
-        traceback.print_exc()
-    click.echo(f"quavsweep: {message}", err=True)
-    return code
+    except (Exception, KeyboardInterrupt) as error:
+        if show:
+            traceback.print_exc()
+        message, code = _explain(error)
+        click.echo(f"quavsweep: {message}", err=True)
+        return code
+    return 0
+
+
+def _explain(error: BaseException) -> tuple[str, int]:
+    """Return the sentence and the exit code of an error."""
+    if isinstance(error, QuavsweepError):
+        return str(error), error.exit_code
+    if isinstance(error, click.ClickException):
+        context = getattr(error, "ctx", None)
+        return error.format_message() + (f" (see {context.command_path} --help)" if context else ""), EXIT_USAGE
+    if isinstance(error, click.Abort | KeyboardInterrupt):
+        return "interrupted", EXIT_SECOND_INTERRUPT
+    if isinstance(error, OSError):
+        return f"{error.filename or 'the disk'}: {error.strerror or error}", EXIT_DISK
+    return f"this is a bug in quavsweep: {type(error).__name__}: {error}; --traceback shows where", EXIT_BUG

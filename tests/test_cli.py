@@ -1,0 +1,195 @@
+"""The command line as a user meets it: exit codes, one-line errors, output without a terminal."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import YAW
+
+COMMAND = [sys.executable, "-m", "quavsweep"]
+
+
+def _run(*arguments: object, cwd: Path, **options: object) -> subprocess.CompletedProcess[str]:
+    words = [*COMMAND, *map(str, arguments)]
+    return subprocess.run(words, cwd=cwd, capture_output=True, text=True, timeout=120, check=False, **options)  # type: ignore[call-overload,no-any-return]
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    path = tmp_path / "small.yaml"
+    path.write_text(YAW)
+    return path
+
+
+def test_run_status_plot_verify(config: Path, tmp_path: Path) -> None:
+    done = _run("run", config, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    out = tmp_path / "results" / "small"
+    assert {path.name for path in out.iterdir()} == {
+        *("config.yaml", "lock", "map.png", "result.h5", "run.json", "shards")
+    }
+    assert "result  results/small/result.h5" in done.stdout
+    assert done.stderr.splitlines() == [line for line in done.stderr.splitlines() if line.startswith("small: ")]
+
+    status = _run("status", "results/small", cwd=tmp_path)
+    assert status.returncode == 0
+    assert "tiles   2 of 2 done (100.0 % of the cells)" in status.stdout
+    assert "sink" in status.stdout
+
+    verify = _run("verify", "results/small", cwd=tmp_path)
+    assert verify.returncode == 0
+    assert "2 shards and a result, nothing damaged" in verify.stdout
+
+    for name in ("map.pdf", "map.svg", "other.png"):
+        assert _run("plot", "results/small", "--out", name, cwd=tmp_path).returncode == 0
+        assert (tmp_path / name).stat().st_size > 5000
+    assert _run("plot", "results/small/result.h5", cwd=tmp_path).returncode == 0
+
+
+def test_verify_finds_damage_and_run_repairs_it(config: Path, tmp_path: Path) -> None:
+    assert _run("run", config, "--no-plot", cwd=tmp_path).returncode == 0
+    for victim in (next(tmp_path.rglob("tile-0000001*.h5")), tmp_path / "results" / "small" / "result.h5"):
+        good = victim.read_bytes()
+        data = bytearray(good)
+        data[len(data) // 2] ^= 16
+        victim.write_bytes(data)
+        verify = _run("verify", "results/small", cwd=tmp_path)
+        assert verify.returncode == 6
+        assert victim.name in verify.stderr
+        if victim.name == "result.h5":
+            plot = _run("plot", "results/small", cwd=tmp_path)
+            assert plot.returncode == 6
+            assert len(plot.stderr.splitlines()) == 1
+        else:
+            (tmp_path / "results" / "small" / "result.h5").unlink()
+        assert _run("run", config, "--no-plot", cwd=tmp_path).returncode == 0
+        assert victim.read_bytes() == good
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "says"),
+    [
+        (("run", "none.yaml"), 2, "none.yaml: cannot be read: No such file or directory"),
+        (("run", "."), 2, "cannot be read"),
+        (("run",), 2, "Missing argument 'CONFIG'"),
+        (("run", "small.yaml", "--workers", "0"), 2, "--workers"),
+        (("run", "small.yaml", "--out", "small.yaml"), 2, "small.yaml: is not a folder"),
+        (("run", "small.yaml", "--out", "small.yaml/x"), 2, "is not a folder"),
+        (("run", "small.yaml", "--out", "/proc/x"), 74, "/proc/x: cannot be written"),
+        (("status", "."), 2, "is not the folder of a run"),
+        (("verify", "none"), 2, "is not the folder of a run"),
+        (("plot", "none"), 2, "neither a result file nor the folder of a run"),
+        (("plot", "small.yaml"), 6, "not those that were written"),
+        (("sing",), 2, "No such command 'sing'"),
+    ],
+)
+def test_errors_are_one_line_and_a_code(config: Path, arguments: tuple[str, ...], code: int, says: str) -> None:
+    done = _run(*arguments, cwd=config.parent)
+    assert done.returncode == code, done.stderr
+    assert says in done.stderr
+    assert done.stderr.startswith("quavsweep: ")
+    assert len(done.stderr.splitlines()) == 1
+    assert "Traceback" not in done.stderr
+
+
+def test_an_error_in_a_config_names_file_line_and_key(config: Path) -> None:
+    config.write_text(YAW.replace("Omega1: {start", "Omga1: {start"))
+    done = _run("run", "small.yaml", cwd=config.parent)
+    assert done.returncode == 2
+    assert done.stderr.startswith("quavsweep: small.yaml:6: axes.Omga1: quavsweep"[:35])
+    assert "it has Omega1, c, Ix" in done.stderr
+
+
+def test_a_folder_of_another_sweep_is_exit_4(config: Path) -> None:
+    assert _run("run", config, "--no-plot", cwd=config.parent).returncode == 0
+    config.write_text(YAW.replace("dt: 0.02", "dt: 0.01"))
+    done = _run("run", config, cwd=config.parent)
+    assert done.returncode == 4
+    assert "integrate.dt: 0.02 there, 0.01 here" in done.stderr
+
+
+def test_a_locked_folder_is_exit_5(config: Path) -> None:
+    import fcntl
+
+    out = config.parent / "results" / "small"
+    out.mkdir(parents=True)
+    with (out / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        lock.write("process 1 on elsewhere")
+        lock.flush()
+        done = _run("run", config, cwd=config.parent)
+    assert done.returncode == 5
+    assert "process 1 on elsewhere" in done.stderr
+
+
+def test_a_bug_is_exit_1_and_traceback_shows_it(config: Path) -> None:
+    code = (
+        "import sys, quavsweep.sweep; quavsweep.sweep.run_sweep = lambda *a, **k: 1 / 0;"
+        "sys.argv = ['quavsweep', *sys.argv[1:]]; from quavsweep.cli import main; main()"
+    )
+    plain = subprocess.run([sys.executable, "-c", code, "run", config], capture_output=True, text=True, check=False)
+    assert plain.returncode == 1
+    assert "this is a bug in quavsweep: ZeroDivisionError" in plain.stderr
+    assert len(plain.stderr.splitlines()) == 1
+    words = [sys.executable, "-c", code, "--traceback", "run", config]
+    shown = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert shown.returncode == 1
+    assert "Traceback" in shown.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_the_run_and_it_goes_on(config: Path, number: signal.Signals) -> None:
+    config.write_text(YAW.replace("num: 9", "num: 40").replace("num: 5", "num: 20").replace("600", "6000"))
+    out = config.parent / "results" / "small"
+    words = [*COMMAND, "run", str(config), "--no-plot"]
+    with subprocess.Popen(words, cwd=config.parent, stderr=subprocess.PIPE, text=True) as child:
+        while not list(out.rglob("tile-*.h5")):
+            time.sleep(0.01)
+        began = time.monotonic()
+        child.send_signal(number)
+        _, stderr = child.communicate(timeout=20)
+    assert time.monotonic() - began < 3
+    assert child.returncode == 75
+    assert "the same command continues it" in stderr
+    status = _run("status", out, cwd=config.parent)
+    assert "not written yet" in status.stdout
+    assert _run("plot", out, cwd=config.parent).returncode == 0
+    assert _run("run", config, "--no-plot", cwd=config.parent).returncode == 0
+
+
+def test_a_warning_does_not_stop_a_run(config: Path) -> None:
+    config.write_text(YAW.replace("c: {start: 3, stop: 7, num: 5}", "Ix: {values: [3.0e-5, 4.9e-3]}"))
+    done = _run("run", config, "--no-plot", cwd=config.parent)
+    assert done.returncode == 0
+    assert "warning: Iy <= Ix + Iz does not hold in 50 % of the cells" in done.stderr
+
+
+def test_help_loads_nothing_heavy() -> None:
+    code = (
+        "import sys; sys.argv = ['quavsweep', '--help']\n"
+        "from quavsweep.cli import _main\n_main()\n"
+        "heavy = {'numpy', 'numba', 'h5py', 'dask', 'matplotlib', 'sympy', 'pydantic'} & set(sys.modules)\n"
+        "sys.exit(repr(heavy) if heavy else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "quavsweep run configs/omega_c.yaml" in done.stdout
+
+
+def test_output_that_nobody_reads(config: Path) -> None:
+    done = subprocess.run(
+        f"{' '.join(COMMAND)} run small.yaml --no-plot >&- 2>&-", shell=True, cwd=config.parent, check=False
+    )
+    assert (config.parent / "results" / "small" / "result.h5").exists(), done
+
+
+def test_environment_of_a_batch_job(config: Path) -> None:
+    done = _run("run", config, cwd=config.parent, env={**os.environ, "LANG": "C", "COLUMNS": "20"})
+    assert done.returncode == 0
