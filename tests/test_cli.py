@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import signal
 import subprocess
@@ -116,8 +117,6 @@ def test_a_folder_of_another_sweep_is_exit_4(config: Path) -> None:
 
 
 def test_a_locked_folder_is_exit_5(config: Path) -> None:
-    import fcntl
-
     out = config.parent / "results" / "small"
     out.mkdir(parents=True)
     with (out / "lock").open("w") as lock:

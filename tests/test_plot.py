@@ -69,7 +69,9 @@ def test_legend_and_labels(result: Result) -> None:
 def test_cells_that_are_not_computed_are_hatched(result: Result) -> None:
     region = result["region"].copy()
     region[3:5] = Region.NONE
-    unfinished = Result(result.sweep, Stored(result.stored.data | {"region": region}, *list(vars(result.stored).values())[1:]))
+    unfinished = Result(
+        result.sweep, Stored(result.stored.data | {"region": region}, *list(vars(result.stored).values())[1:])
+    )
     figure = make_figure(unfinished)
     assert figure.axes[0].patch.get_hatch()
     assert figure.axes[0].get_legend().get_texts()[-1].get_text() == "not computed"
@@ -130,6 +132,17 @@ def test_units_and_edges() -> None:
     assert unit_text("1/s") == r"\mathrm{s}^{-1}"
     model = parse_sweep(LORENZ).model
     assert label(model, "rho") == r"$\rho$"
+    assert label(parse_sweep(YAW).model, "Ix", -3) == r"$I_x$ ($10^{-3}\,\mathrm{kg}\,\mathrm{m}^{2}$)"
     np.testing.assert_allclose(edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
     assert axis_is_log(np.geomspace(1, 100, 5))
     assert not axis_is_log(np.linspace(1, 100, 5))
+
+
+def test_small_values_have_their_power_in_the_label(tmp_path: Path, make_sweep: Callable[..., Sweep]) -> None:
+    sweep = make_sweep(YAW, ("c: {start: 3, stop: 7, num: 5}", "Ix: {start: 3e-3, stop: 7e-3, num: 5}"))
+    figure = make_figure(open_result(run_sweep(sweep, tmp_path)))
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    assert axes.get_ylabel() == r"$I_x$ ($10^{-3}\,\mathrm{kg}\,\mathrm{m}^{2}$)"
+    assert "5" in [text.get_text() for text in axes.get_yticklabels()]
+    assert axes.yaxis.get_offset_text().get_text() == ""

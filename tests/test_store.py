@@ -24,6 +24,9 @@ from quavsweep.sweep import run_sweep
 from tests.conftest import YAW
 
 
+TILE = Tile(1, 32, 45)
+
+
 @pytest.fixture
 def sweep(make_sweep: Callable[..., Sweep]) -> Sweep:
     return make_sweep(YAW)
@@ -36,7 +39,7 @@ def shard(sweep: Sweep, tmp_path: Path) -> Shard:
     return write_shard(tmp_path / "shards", tile, 32, sweep.measures.evidence, evidence, "owner")
 
 
-def _read(shard: Shard, sweep: Sweep, tile: Tile = Tile(1, 32, 45), owner: str = "owner") -> dict[str, np.ndarray]:
+def _read(shard: Shard, sweep: Sweep, tile: Tile = TILE, owner: str = "owner") -> dict[str, np.ndarray]:
     return read_shard(shard, tile, sweep.measures.evidence, sweep.extents, owner)
 
 

@@ -181,5 +181,7 @@ def test_certificates_are_final(name: str, tmp_path: Path) -> None:
     assert (first["status"][sink] == Status.ENDED_SINK).all()
     away = np.linalg.norm(last["state"] - first["equilibrium"], axis=1)[sink]
     print(f"\n{name}: {sink.sum()} certified sinks, all within {away.max():.1e} of their equilibrium at 40,000 s")
-    print(f"of the others, {(last['certificate'][~sink] == Certificate.SINK).sum()} of {(~sink).sum()} are sinks by then")
+    print(
+        f"of the others, {(last['certificate'][~sink] == Certificate.SINK).sum()} of {(~sink).sum()} are sinks by then"
+    )
     assert away.max() < 1e-9

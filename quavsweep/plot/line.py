@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from quavsweep.codes import REGION, Region
-from quavsweep.plot.region_map import axis_is_log, edges
-from quavsweep.plot.style import code_colours, label, rate_label
+from quavsweep.plot.region_map import edges, set_scale
+from quavsweep.plot.style import code_colours, rate_label
 
 if TYPE_CHECKING:
     from quavsweep.result import Result
@@ -42,6 +42,4 @@ def draw_line(axes: Axes, result: Result) -> None:
     handles += [Patch(facecolor=c.colour, edgecolor="black", linewidth=0.4, label=c.meaning) for c in present]
     axes.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0 + BAND), ncols=4, frameon=False)
     axes.set_xlim(edges(x)[0], edges(x)[-1])
-    axes.set_xlabel(label(result.sweep.model, axis.name))
-    if axis_is_log(x):
-        axes.set_xscale("log")
+    set_scale(axes.xaxis, result.sweep.model, axis)

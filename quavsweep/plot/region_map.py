@@ -6,12 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import XAxis, YAxis
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from quavsweep.codes import REGION, Region
+from quavsweep.grid import Axis
+from quavsweep.models import Model
 from quavsweep.plot.style import code_colours, label, rate_label
 
 if TYPE_CHECKING:
@@ -74,15 +77,26 @@ def _mesh(axes: Axes, result: Result, values: np.ndarray, **colours: Any) -> Qua
         axes.patch.set(hatch="////", edgecolor="0.6")
     shown = np.ma.masked_where(todo | ~np.isfinite(values), values)
     mesh = axes.pcolormesh(edges(x), edges(y), shown.T, rasterized=True, **colours)
-    axes.set_xlabel(label(result.sweep.model, across.name))
-    axes.set_ylabel(label(result.sweep.model, up.name))
-    if axis_is_log(x):
-        axes.set_xscale("log")
-    if axis_is_log(y):
-        axes.set_yscale("log")
-    elif np.abs(y).max() < 0.01 or np.abs(y).max() >= 1e5:
-        axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0), useMathText=True)
+    set_scale(axes.xaxis, result.sweep.model, across)
+    set_scale(axes.yaxis, result.sweep.model, up)
     return mesh
+
+
+def set_scale(axis: XAxis | YAxis, model: Model, quantity: Axis) -> None:
+    """Scale and label an axis of a figure as an axis of a sweep.
+
+    A common power of ten goes into the label, because matplotlib's own place for it is where the legend is.
+    """
+    values = np.asarray(quantity.values)
+    power = 0
+    if axis_is_log(values):
+        (axis.axes.set_xscale if isinstance(axis, XAxis) else axis.axes.set_yscale)("log")
+    else:
+        largest = float(np.abs(values).max())
+        if largest and not 0.01 <= largest < 1e5:
+            power = int(np.floor(np.log10(largest)))
+            axis.set_major_formatter(lambda value, position: f"{value / 10.0**power:.6g}")
+    axis.set_label_text(label(model, quantity.name, power))
 
 
 def edges(values: np.ndarray) -> np.ndarray:

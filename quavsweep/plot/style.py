@@ -49,11 +49,13 @@ def _power(factor: str, sign: int) -> str:
     return rf"\mathrm{{{base}}}" + ("" if power == 1 else f"^{{{power}}}")
 
 
-def label(model: Model, name: str) -> str:
-    """Return the label of a state or parameter: its symbol and unit."""
+def label(model: Model, name: str, power: int = 0) -> str:
+    """Return the label of a state or parameter: its symbol and unit, with a power of ten that its values lack."""
     quantity = model.quantity(name)
-    symbol = f"${quantity.symbol or name}$"
-    return symbol if quantity.unit == "1" else f"{symbol} (${unit_text(quantity.unit)}$)"
+    scale = rf"10^{{{power}}}" if power else ""
+    unit = "" if quantity.unit == "1" else unit_text(quantity.unit)
+    inside = r"\,".join(part for part in (scale, unit) if part)
+    return f"${quantity.symbol or name}$" + (f" (${inside}$)" if inside else "")
 
 
 def rate_label(model: Model, symbol: str) -> str:
