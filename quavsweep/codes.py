@@ -70,18 +70,18 @@ STATUS = _table(
 )
 
 # Blue, yellow and red are the paper's (Figure 5), in the shades of Okabe and Ito's palette, which
-# colour-blind readers tell apart by lightness as well as by hue.
+# colour-blind readers tell apart; a test holds the distance of all colours for them.
 REGION = _table(
     Region,
     {
         Region.NONE: ("not computed", "#ffffff"),
         Region.SINK: ("sink", "#0072b2"),
         Region.PERIODIC: ("periodic", "#f0e442"),
-        Region.QUASI_PERIODIC: ("quasi-periodic", "#cc79a7"),
+        Region.QUASI_PERIODIC: ("quasi-periodic", "#8c466f"),
         Region.CHAOS: ("chaos", "#b5202e"),
         Region.UNBOUNDED: ("unbounded", "#000000"),
         Region.SADDLE: ("saddle", "#56b4e9"),
-        Region.UNDECIDED: ("undecided", "#d9d9d9"),
+        Region.UNDECIDED: ("undecided", "#a6a6a6"),
     },
 )
 

@@ -23,7 +23,6 @@ from quavsweep.store.shard import Shard, read_shard, scan_shards, set_aside
 from quavsweep.sweep import run_sweep
 from tests.conftest import YAW
 
-
 TILE = Tile(1, 32, 45)
 
 
