@@ -45,11 +45,6 @@ def _load(source: str) -> Callable[..., None]:
     return advance
 
 
-def clear_memory() -> None:
-    """Forget the kernels loaded by this process; the files stay."""
-    _load.cache_clear()
-
-
 def assembly(advance: Any) -> str:
     """Return the machine code of a compiled kernel as text."""
     return str(next(iter(advance.inspect_asm().values())))

@@ -34,7 +34,7 @@ def draw_regions(axes: Axes, result: Result) -> None:
         handles=handles,
         loc="lower center",
         bbox_to_anchor=(0.5, 1.0),
-        ncols=min(len(handles), 4),
+        ncols=len(handles) if len(handles) <= 4 else 3,
         frameon=False,
         handlelength=1.2,
         handleheight=1.0,

@@ -1,0 +1,205 @@
+"""From a YAML file to a Sweep; what is wrong is told by file, line, key and what is possible."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import types
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Union, get_args, get_origin
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+from quavsweep.config.document import MAX_BYTES, Place, plain, read_yaml
+from quavsweep.config.schema import Config
+from quavsweep.config.sweep import Clock, Sweep
+from quavsweep.errors import ConfigError, ModelError
+from quavsweep.grid import Axis, Grid
+from quavsweep.models import NAMES, Model, load_model
+
+MAX_CELLS = 10**12
+MAX_SEGMENTS = 10**5
+BATCHES = 64  # batches in transient + duration, unless the config says how long one is
+BATCHES_PER_SEGMENT = 4
+
+
+def load_sweep(path: Path) -> Sweep:
+    """Return the sweep that a YAML file describes.
+
+    Raises
+    ------
+    ConfigError
+        With file, line and key, if anything in it cannot be read or does not make sense.
+    """
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise ConfigError(f"is larger than {MAX_BYTES} bytes", str(path))
+        text = path.read_bytes()
+    except OSError as error:
+        raise ConfigError(f"cannot be read: {error.strerror}", str(path)) from error
+    return parse_sweep(text, str(path))
+
+
+def parse_sweep(text: str | bytes, where: str = "config") -> Sweep:
+    """Return the sweep that a YAML text describes; `where` names it in errors.
+
+    Raises
+    ------
+    ConfigError
+        See `load_sweep`.
+    """
+    tree = read_yaml(text, where)
+    place = Place(where, tree)
+    try:
+        config = Config.model_validate(plain(tree))
+    except ValidationError as error:
+        raise _first_error(error, place) from error
+    return _check(config, place)
+
+
+def _first_error(error: ValidationError, place: Place) -> ConfigError:
+    """Return the error that comes first in the text, in words."""
+    found = []
+    for item in error.errors(include_url=False):
+        keys = tuple(key for key in item["loc"] if key != "[key]")
+        section = _section(keys[:-1])
+        possible = f"possible keys are {', '.join(section)}" if section else ""
+        if item["type"] == "extra_forbidden":
+            near = difflib.get_close_matches(str(keys[-1]), section, 1)
+            what = "unknown key" + (f", did you mean {near[0]}?" if near else "")
+        elif item["type"] == "missing":
+            what, possible = "is missing", _describe(keys)
+        elif item["type"] == "value_error":
+            what, possible = str(item["ctx"]["error"]), ""
+        else:
+            message = item["msg"].removeprefix("Input should be ").removeprefix("a valid ")
+            given = repr(item["input"])
+            what = f"{given if len(given) < 40 else given[:37] + '...'} is not accepted"
+            possible = f"it should be {message}" if message != item["msg"] else item["msg"]
+        # A misspelt key makes another one missing; the misspelt one is what the user has to see.
+        found.append((item["type"] == "missing", place.line(keys), keys, what, possible))
+    *_, keys, what, possible = min(found, key=lambda row: row[:2])
+    return place.error(keys, what, possible)
+
+
+def _section(keys: tuple[Any, ...]) -> list[str]:
+    """Return the keys that the schema has at a place."""
+    kind: Any = Config
+    for key in keys:
+        kind = _model_of(kind)
+        if isinstance(kind, type) and issubclass(kind, BaseModel) and key in kind.model_fields:
+            kind = kind.model_fields[key].annotation
+        elif get_origin(kind) is dict:
+            kind = get_args(kind)[1]
+        else:
+            return []
+    kind = _model_of(kind)
+    return list(kind.model_fields) if isinstance(kind, type) and issubclass(kind, BaseModel) else []
+
+
+def _model_of(kind: Any) -> Any:
+    """Return the section inside an optional one."""
+    if get_origin(kind) in (Union, types.UnionType):
+        kind = next(part for part in get_args(kind) if part is not type(None))
+    return kind
+
+
+def _describe(keys: tuple[Any, ...]) -> str:
+    """Return the schema's description of a key."""
+    kind: Any = Config
+    for key in keys[:-1]:
+        kind = _model_of(kind.model_fields[key].annotation)
+    return kind.model_fields[keys[-1]].description or f"it has the keys {', '.join(_section(keys))}"
+
+
+def _check(config: Config, place: Place) -> Sweep:
+    """Check what a schema cannot: names, domains, sizes, clocks."""
+    try:
+        model = load_model(config.model)
+    except ModelError as error:
+        raise place.error(("model",), error.what, f"the catalogue has {', '.join(NAMES)}") from error
+    _check_names(config, model, place)
+    size = math.prod((axis.num or len(axis.values or ())) for axis in config.axes.values())
+    if size > MAX_CELLS:
+        raise place.error(("axes",), f"{size:.3g} cells are too many", f"at most {MAX_CELLS:.0e}")
+    grid = Grid(tuple(Axis(name, axis.points()) for name, axis in config.axes.items()))
+    fixed = {n: float(config.parameters.get(n, d)) for n, d in model.defaults.items() if n not in config.axes}
+    _check_domains(model, fixed, grid, place)
+    lyapunov = config.measures.lyapunov
+    if lyapunov and lyapunov.exponents > len(model.states):
+        keys = ("measures", "lyapunov", "exponents")
+        raise place.error(keys, f"{model.name} has {len(model.states)} states", f"1 to {len(model.states)} exponents")
+    return Sweep(config, model, grid, _clock(config, place), fixed, _broken_relations(model, fixed, grid))
+
+
+def _check_names(config: Config, model: Model, place: Place) -> None:
+    states, parameters = model.state_names, model.parameter_names
+    for section, known, what in (
+        ("parameters", parameters, "parameter"),
+        ("initial", states, "state"),
+        ("axes", (*parameters, *states), "parameter or state"),
+    ):
+        for name in getattr(config, section):
+            if name not in known:
+                near = difflib.get_close_matches(name, known, 1)
+                hint = f"did you mean {near[0]}? " if near else ""
+                raise place.error(
+                    (section, name), f"{model.name} has no such {what}", f"{hint}it has {', '.join(known)}"
+                )
+            if section != "axes" and name in config.axes:
+                raise place.error((section, name), "is fixed here and varied in axes", "keep one of the two")
+    missing = [name for name in states if name not in config.initial and name not in config.axes]
+    if missing:
+        raise place.error(("initial",), f"{', '.join(missing)} missing", "give every state that is not an axis")
+
+
+def _check_domains(model: Model, fixed: Mapping[str, float], grid: Grid, place: Place) -> None:
+    varied = {axis.name: axis.values for axis in grid.axes}
+    for parameter in model.parameters:
+        section = "axes" if parameter.name in varied else "parameters"
+        for value in varied.get(parameter.name, (fixed.get(parameter.name, 0.0),)):
+            if not parameter.admits(value):
+                what = f"{value:g} {parameter.unit} is outside the domain".replace(" 1 is", " is")
+                raise place.error((section, parameter.name), what, f"it must be {parameter.domain}")
+
+
+def _broken_relations(model: Model, fixed: Mapping[str, float], grid: Grid) -> tuple[str, ...]:
+    """Return a sentence for each relation of the model that some cell breaks."""
+    sentences = []
+    for relation in model.relations:
+        axes = [axis for axis in grid.axes if axis.name in relation.parameters]
+        mesh = np.meshgrid(*(np.asarray(axis.values) for axis in axes), indexing="ij", sparse=True)
+        values = {axis.name: part for axis, part in zip(axes, mesh, strict=True)}
+        holds = np.asarray(relation.holds(**{name: values.get(name, fixed.get(name)) for name in relation.parameters}))
+        if not holds.all():
+            share = "" if holds.ndim == 0 else f" in {100 * (1 - holds.mean()):.3g} % of the cells"
+            sentences.append(f"{relation.text} does not hold{share}; {relation.meaning}")
+    return tuple(sentences)
+
+
+def _clock(config: Config, place: Place) -> Clock:
+    """Round all times up to whole blocks, batches and segments."""
+    section, lyapunov = config.integrate, config.measures.lyapunov
+    block = lyapunov.block if lyapunov else 25
+    total = section.transient + section.duration
+    wanted = lyapunov.batch if lyapunov and lyapunov.batch else min(total / BATCHES, section.segment or total)
+    batch_blocks = _whole(wanted, block * section.dt)
+    batch = batch_blocks * block * section.dt
+    segment_batches = _whole(section.segment, batch) if section.segment else BATCHES_PER_SEGMENT
+    segment = segment_batches * batch
+    transient = _whole(section.transient, segment) if section.transient else 0
+    segments = transient + _whole(section.duration, segment)
+    if segments > MAX_SEGMENTS or segments * segment / section.dt > 2**53:
+        raise place.error(
+            ("integrate", "duration"),
+            f"{segments} looks and {segments * segment / section.dt:.3g} steps are too many",
+            f"at most {MAX_SEGMENTS} segments; a longer segment or batch makes fewer",
+        )
+    return Clock(section.dt, block, batch_blocks, segment_batches, transient, segments)
+
+
+def _whole(length: float, unit: float) -> int:
+    """Return the number of units that cover a length; rounding errors do not add one."""
+    return max(1, math.ceil(length / unit * (1 - 1e-12) - 1e-9))

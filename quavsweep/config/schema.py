@@ -1,0 +1,95 @@
+"""What a config may say: its keys, their types, ranges and meanings."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from quavsweep.measures import Measures
+
+MAX_AXIS = 10**6
+
+_STRICT = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")]
+
+
+class AxisSection(BaseModel):
+    """One axis: evenly (or logarithmically) spaced values, or a list."""
+
+    model_config = _STRICT
+
+    start: float | None = Field(default=None, description="first value")
+    stop: float | None = Field(default=None, description="last value")
+    num: int | None = Field(default=None, ge=1, le=MAX_AXIS, description="number of values")
+    spacing: Literal["linear", "log"] = Field(default="linear", description="how the values are spaced")
+    values: list[float] | None = Field(
+        default=None, min_length=1, max_length=MAX_AXIS, description="the values themselves"
+    )
+
+    @property
+    def ends(self) -> tuple[float, float, int] | None:
+        """Start, stop and number of values, unless one of them is missing."""
+        if self.start is None or self.stop is None or self.num is None:
+            return None
+        return self.start, self.stop, self.num
+
+    @model_validator(mode="after")
+    def _complete(self) -> AxisSection:
+        if self.values is not None:
+            if (self.start, self.stop, self.num) != (None, None, None):
+                raise ValueError("an axis is either {start, stop, num} or {values}, not both")
+            if len(set(self.values)) != len(self.values):
+                raise ValueError("a value is given twice")
+        elif self.ends is None:
+            raise ValueError("an axis is {start, stop, num} or {values}")
+        else:
+            start, stop, num = self.ends
+            if num > 1 and start == stop:
+                raise ValueError("start and stop are equal; one value needs num: 1 or values")
+            if self.spacing == "log" and not (start > 0 and stop > 0):
+                raise ValueError("a logarithmic axis needs start and stop above 0")
+        return self
+
+    def points(self) -> tuple[float, ...]:
+        """Return the values of the axis."""
+        spaced = np.geomspace if self.spacing == "log" else np.linspace
+        return tuple(float(value) for value in (self.values or spaced(*self.ends or (0.0, 0.0, 0))))
+
+
+class IntegrateSection(BaseModel):
+    """How the equations are integrated; times in the model's unit."""
+
+    model_config = _STRICT
+
+    method: Literal["rk4"] = Field(default="rk4", description="Runge-Kutta method")
+    dt: float = Field(gt=0, description="step")
+    transient: float = Field(default=0.0, ge=0, description="time before exponents are averaged")
+    duration: float = Field(gt=0, description="time over which they are averaged")
+    segment: float | None = Field(default=None, gt=0, description="stretch between two looks at a cell")
+
+
+class Thresholds(BaseModel):
+    """Thresholds of the classification; changing them needs no new integration."""
+
+    model_config = _STRICT
+
+    errors: float = Field(default=3.0, gt=0, description="an exponent beyond so many standard errors is not zero")
+    neutral: float = Field(default=5.0, ge=0, description="nor is one beyond this growth of ln over the time averaged")
+
+
+class Config(BaseModel):
+    """A sweep as the user writes it."""
+
+    model_config = _STRICT
+
+    name: Name = Field(description="letters, digits, . _ -")
+    model: str = Field(description="a model of the catalogue")
+    parameters: dict[str, float] = Field(default_factory=dict, description="what differs from the model's defaults")
+    initial: dict[str, float] = Field(default_factory=dict, description="initial state")
+    axes: dict[str, AxisSection] = Field(default_factory=dict, description="what varies, the last axis fastest")
+    integrate: IntegrateSection
+    measures: Measures = Field(default_factory=Measures, description="what is recorded")
+    stop_early: bool = Field(default=True, description="end a cell once its end is certified")
+    classify: Thresholds = Field(default_factory=Thresholds, description="thresholds of the classification")
