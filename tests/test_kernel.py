@@ -7,17 +7,19 @@ import re
 from collections import Counter
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
 
 from quavsweep.integrate import generic_frame
 from quavsweep.kernels.compiler import assembly, make_advance
+from quavsweep.kernels.derive import derive
 from quavsweep.kernels.layout import Layout
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.method import RK4
 from quavsweep.kernels.printer import print_kernel
-from quavsweep.models import NAMES, load_model
+from quavsweep.models import NAMES, Model, State, load_model
 from tests import twin
 
 EPS = np.finfo(float).eps
@@ -174,3 +176,29 @@ def test_the_step_is_vectorised(name: str, vectors: int, tmp_path: Path) -> None
         assert kinds["pd"] <= 245
     spills = [operands for op, operands in body if op.startswith("vmovu") and "(%rsp)" in operands]
     assert not spills, "the stack is not aligned, so vectors on it cross cache lines"
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 5])
+def test_exponents_of_linear_systems_are_real_parts_of_eigenvalues(dimension: int) -> None:
+    """Any dimension, as many vectors; a complex pair from two dimensions on, and far from normal."""
+    rng = np.random.default_rng(12)
+    blocks = np.diag([-0.1, -0.1, -0.5, -1.0, 0.1][:dimension])
+    if dimension > 1:
+        blocks[0, 1], blocks[1, 0] = 2.0, -2.0
+    basis = rng.normal(size=(dimension, dimension))
+    matrix = basis @ blocks @ np.linalg.inv(basis)
+    names = [f"x{i}" for i in range(dimension)]
+    space: dict[str, Any] = {}
+    rows = (" + ".join(f"{float(matrix[i, j])!r} * {names[j]}" for j in range(dimension)) for i in range(dimension))
+    exec(f"def rhs({', '.join(names)}): return ({', '.join(rows)},)", space)
+    program = derive(Model("linear", space["rhs"], tuple(State(name) for name in names), ()))
+    layout = Layout(dimension, dimension, len(program.coefficients))
+    frame = generic_frame(dimension, dimension)[None]
+    lanes = layout.pack(rng.normal(size=(1, dimension)), frame, program.coefficient_values([]))
+    growth = np.zeros(dimension)
+    for _ in range(2000):
+        make_advance(program, RK4, layout)(lanes.reshape(-1), 0, 1, 1, 10, 0.01)
+        growth += np.log(layout.take_stretch(lanes, 1)[0])
+    expected = np.sort(np.diag(blocks))[::-1]
+    np.testing.assert_allclose(growth / 200, expected, atol=6 / 200)
+    assert growth.sum() / 200 == pytest.approx(np.trace(matrix), abs=1e-8)  # |lambda|^5 dt^4 / 120 per eigenvalue
