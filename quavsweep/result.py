@@ -13,7 +13,7 @@ from quavsweep.codes import Status
 from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
 from quavsweep.errors import ConfigError
 from quavsweep.provenance import identify
-from quavsweep.store import RunFolder, ShardSet, Stored, outcome_in_memory, read_result
+from quavsweep.store import RunFolder, ShardSet, Stored, looks_published, outcome_in_memory, read_result
 
 if TYPE_CHECKING:
     import xarray
@@ -41,6 +41,11 @@ class Result:
     def __contains__(self, name: str) -> bool:
         """Whether the result has a variable or coordinate of that name."""
         return name in self.stored.data
+
+    def __repr__(self) -> str:
+        """Say what the result is of, not all its numbers."""
+        shape = " x ".join(f"{axis.name}: {len(axis)}" for axis in self.sweep.grid.axes) or "one cell"
+        return f"<quavsweep.Result of {self.sweep.model.name}, {shape}>"
 
     @property
     def complete(self) -> bool:
@@ -70,6 +75,8 @@ def open_result(path: Path | str) -> Result:
     """
     path = Path(path)
     if path.is_file():
+        if not looks_published(path):
+            raise ConfigError("is not a result file", str(path), "name a result.h5 or the folder of a run")
         return _from_file(path)
     folder = RunFolder(path)
     if folder.result.is_file():
@@ -77,7 +84,7 @@ def open_result(path: Path | str) -> Result:
     if not folder.config.is_file():
         raise ConfigError("is neither a result file nor the folder of a run", str(path))
     sweep = load_sweep(folder.config)
-    identity = identify(sweep)
+    identity = folder.present_identity(identify(sweep))
     return Result(sweep, outcome_in_memory(sweep, identity, ShardSet.scan(folder, sweep, identity, 1)))
 
 

@@ -133,8 +133,14 @@ def check_folder(folder: RunFolder, sweep: Sweep, identity: Identity) -> None:
     raise IdentityError(
         "holds evidence of another engine, model or toolchain",
         str(folder.path),
-        "different: " + ("; ".join(differences) or "not known") + "; choose another --out",
+        f"{_listed(differences)}; choose another --out",
     )
+
+
+def _listed(differences: list[str]) -> str:
+    """Return the first differences in a line."""
+    more = [f"and {len(differences) - 6} more"] if len(differences) > 6 else []
+    return "; ".join([*differences[:6], *more]) or "the difference is not known"
 
 
 def _check_config(folder: RunFolder, sweep: Sweep) -> None:
@@ -144,14 +150,18 @@ def _check_config(folder: RunFolder, sweep: Sweep) -> None:
     except ConfigError as error:
         if not folder.config.exists():
             return
-        raise IdentityError(f"its config cannot be read ({error})", str(folder.path), "choose another --out") from error
+        raise IdentityError(
+            f"its config cannot be read ({error})", str(folder.path), "delete it to have it rebuilt"
+        ) from error
     skipped = ("name", "classify")
     differences = changed_keys(
         {k: v for k, v in stored.items() if k not in skipped},
         {k: v for k, v in sweep.canonical().items() if k not in skipped},
     )
     if differences:
-        raise IdentityError("holds a different sweep", str(folder.path), "; ".join(differences))
+        raise IdentityError(
+            "holds a different sweep", str(folder.path), f"{_listed(differences)}; choose another --out"
+        )
 
 
 def _complete(
@@ -206,7 +216,7 @@ def _consolidate(
             stored = read_result(folder.result)
             whole = not np.isin(stored.data["status"], (Status.NOT_COMPUTED, Status.FAILED)).any()
             if whole and stored.file_attributes["result_id"] == identity.result:
-                return True
+                return not shards.discard_damaged()
     try:
         write_outcome(folder.result, sweep, identity, shards, failed)
     except DamageError:

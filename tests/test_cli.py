@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
+import pty
 import signal
 import subprocess
 import sys
+import termios
 import time
 from pathlib import Path
 
@@ -68,8 +71,6 @@ def test_verify_finds_damage_and_run_repairs_it(config: Path, tmp_path: Path) ->
             plot = _run("plot", "results/small", cwd=tmp_path)
             assert plot.returncode == 6
             assert len(plot.stderr.splitlines()) == 1
-        else:
-            (tmp_path / "results" / "small" / "result.h5").unlink()
         assert _run("run", config, "--no-plot", cwd=tmp_path).returncode == 0
         assert victim.read_bytes() == good
 
@@ -87,7 +88,7 @@ def test_verify_finds_damage_and_run_repairs_it(config: Path, tmp_path: Path) ->
         (("status", "."), 2, "is not the folder of a run"),
         (("verify", "none"), 2, "is not the folder of a run"),
         (("plot", "none"), 2, "neither a result file nor the folder of a run"),
-        (("plot", "small.yaml"), 6, "not those that were written"),
+        (("plot", "small.yaml"), 2, "is not a result file"),
         (("sing",), 2, "No such command 'sing'"),
     ],
 )
@@ -159,15 +160,52 @@ def test_a_signal_stops_the_run_and_it_goes_on(config: Path, number: signal.Sign
     assert "the same command continues it" in stderr
     status = _run("status", out, cwd=config.parent)
     assert "not written yet" in status.stdout
-    assert _run("plot", out, cwd=config.parent).returncode == 0
-    assert _run("run", config, "--no-plot", cwd=config.parent).returncode == 0
+    if number == signal.SIGINT:
+        assert _run("plot", out, cwd=config.parent).returncode == 0
+        assert _run("run", config, "--no-plot", cwd=config.parent).returncode == 0
+
+
+def test_a_terminal_shows_a_bar(config: Path) -> None:
+    main, side = pty.openpty()
+    termios.tcsetwinsize(side, (24, 80))
+    words = [*COMMAND, "run", str(config), "--no-plot"]
+    with subprocess.Popen(words, cwd=config.parent, stdout=subprocess.PIPE, stderr=side, text=True) as child:
+        os.close(side)
+        shown = b""
+        with contextlib.suppress(OSError):
+            while data := os.read(main, 4096):
+                shown += data
+        stdout, _ = child.communicate(timeout=60)
+    os.close(main)
+    assert child.returncode == 0, shown
+    assert b"45/45 cells" in shown
+    assert "result  results/small/result.h5" in stdout
+
+
+def test_machine_code_that_is_damaged_is_made_again(config: Path, tmp_path: Path) -> None:
+    environment = {**os.environ, "QUAVSWEEP_CACHE": str(tmp_path / "cache")}
+    assert _run("run", config, "--no-plot", "--out", "a", cwd=tmp_path, env=environment).returncode == 0
+    files = [path for path in (tmp_path / "cache").rglob("kernel_*") if path.suffix in (".nbi", ".nbc")]
+    assert len(files) >= 2
+    for path in files:
+        path.write_bytes(b"")
+    done = _run("run", config, "--no-plot", "--out", "b", cwd=tmp_path, env=environment)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a" / "result.h5").read_bytes() == (tmp_path / "b" / "result.h5").read_bytes()
+
+
+def test_without_arguments_help_is_shown(tmp_path: Path) -> None:
+    done = _run(cwd=tmp_path)
+    assert done.returncode == 0
+    assert done.stdout.startswith("Usage: quavsweep")
+    assert done.stderr == ""
 
 
 def test_a_warning_does_not_stop_a_run(config: Path) -> None:
     config.write_text(YAW.replace("c: {start: 3, stop: 7, num: 5}", "Ix: {values: [3.0e-5, 4.9e-3]}"))
     done = _run("run", config, "--no-plot", cwd=config.parent)
     assert done.returncode == 0
-    assert "warning: Iy <= Ix + Iz does not hold in 50 % of the cells" in done.stderr
+    assert "small.yaml: Iy <= Ix + Iz does not hold in 50 % of the cells" in done.stderr
 
 
 def test_help_loads_nothing_heavy() -> None:

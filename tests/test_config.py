@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -24,6 +25,7 @@ def test_shipped_configs_are_read(path: Path) -> None:
     assert sweep.name == path.stem
     assert sweep.grid.shape == (451, 201)
     assert (sweep.clock.transient, sweep.clock.duration, sweep.clock.dt) == (1000, 3000, 0.02)
+    assert load_sweep(str(path)).canonical() == sweep.canonical()
     assert sweep.clock.batch_steps * sweep.clock.dt == 62.5
     assert not sweep.warnings
 
@@ -64,6 +66,11 @@ def test_the_canonical_config_gives_the_same_sweep(text: str) -> None:
         (("initial:", "parameters: {Ix: 0}\ninitial:"), 4, "parameters.Ix: 0 kg m2 is outside the domain"),
         (("initial:", "parameters: {kx: 0}\ninitial:"), 4, "parameters.kx: quadrotor_yaw has no such parameter"),
         (("dt: 0.02", "dt: 0"), 8, "integrate.dt: 0 is not accepted"),
+        (("dt: 0.02", "dt: 700"), 8, "integrate.dt: a step of 700 is longer than the duration"),
+        (("name: small", "name: ../x"), 2, "name: '../x' is not accepted; it may have letters, digits"),
+        (("model: quadrotor_yaw\n", ""), 1, "model: is missing; the catalogue has lorenz"),
+        (("{method: rk4, dt: 0.02, transient: 200, duration: 600}", ""), 8, "integrate: is not a mapping of keys"),
+        (("name: small", "\tname: small"), 2, "use spaces"),
         (("dt: 0.02", "dt: '0.02'"), 8, "integrate.dt: '0.02' is not accepted"),
         (("dt: 0.02, ", ""), 8, "integrate.dt: is missing; step"),
         (("method: rk4", "method: euler"), 8, "integrate.method: 'euler' is not accepted; it should be 'rk4'"),
@@ -122,6 +129,19 @@ def test_times_are_rounded_up_to_whole_segments(make_sweep: Callable[..., Sweep]
     assert clock.segments * clock.segment_steps == clock.steps
 
 
+@pytest.mark.parametrize("times", [(200, 600), (1000, 3000), (1000, 4000), (100, 500), (0, 7000)])
+def test_round_times_are_kept(make_sweep: Callable[..., Sweep], times: tuple[int, int]) -> None:
+    sweep = make_sweep(YAW, ("transient: 200, duration: 600", f"transient: {times[0]}, duration: {times[1]}"))
+    assert (sweep.clock.transient, sweep.clock.duration) == times
+    assert sweep.clock.segments * sweep.clock.segment_batches >= 64
+    assert not sweep.warnings
+
+
+def test_a_rounded_time_is_said(make_sweep: Callable[..., Sweep]) -> None:
+    sweep = make_sweep(YAW, ("transient: 200, duration: 600", "transient: 200, duration: 601"))
+    assert re.fullmatch(r"rounded up to whole segments of \d+: .*duration 601 -> \d+", sweep.warnings[0])
+
+
 def test_a_batch_can_be_asked_for(make_sweep: Callable[..., Sweep]) -> None:
     clock = make_sweep(
         YAW, ("block: 25", "block: 25, batch: 5.0"), ("duration: 600", "duration: 600, segment: 10")
@@ -132,7 +152,9 @@ def test_a_batch_can_be_asked_for(make_sweep: Callable[..., Sweep]) -> None:
 
 def test_a_body_that_cannot_exist_is_a_warning(make_sweep: Callable[..., Sweep]) -> None:
     sweep = make_sweep(YAW, ("c: {start: 3, stop: 7, num: 5}", "Ix: {values: [3.0e-5, 4.9e-3]}"))
-    assert sweep.warnings == ("Iy <= Ix + Iz does not hold in 50 % of the cells; else it is no rigid body",)
+    assert sweep.warnings == (
+        "Iy <= Ix + Iz does not hold in 50 % of the cells; no rigid body has such moments of inertia",
+    )
 
 
 @pytest.mark.parametrize(

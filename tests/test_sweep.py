@@ -128,7 +128,7 @@ def test_a_stopped_run_goes_on(undisturbed: dict[str, str], tmp_path: Path) -> N
         (("num: 9", "num: 10"), "axes.Omega1.num: 9 there, 10 here"),
         (("block: 25", "block: 10"), "measures.lyapunov.block: 25 there, 10 here"),
         (("initial:", "parameters: {Ix: 0.005}\ninitial:"), "parameters.Ix: 0.0049 there, 0.005 here"),
-        (("duration: 600", "duration: 1200"), "integrate.duration: 600.0 there, 1232.0 here"),
+        (("duration: 600", "duration: 1200"), "integrate.duration: 600.0 there, 1200.0 here"),
     ],
 )
 def test_a_folder_of_another_sweep_is_refused(tmp_path: Path, change: tuple[str, str], says: str) -> None:

@@ -23,10 +23,11 @@ EXIT_DISK = 74
 EXIT_SECOND_INTERRUPT = 130
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="quavsweep")
 @click.option("--traceback", is_flag=True, help="Show where in the program an error arose.")
-def cli(traceback: bool) -> None:
+@click.pass_context
+def cli(context: click.Context, traceback: bool) -> None:
     """Sweep the parameters of a dynamical system and say where its orbits end.
 
     \b
@@ -34,6 +35,8 @@ def cli(traceback: bool) -> None:
     quavsweep status results/omega_c        how far it is
     quavsweep plot results/omega_c          draw its map, finished or not
     """
+    if context.invoked_subcommand is None:
+        _say(context.get_help())
 
 
 @cli.command()
@@ -49,22 +52,22 @@ def run(config: Path, out: Path | None, workers: int, no_plot: bool) -> None:
 
     sweep = load_sweep(config)
     for warning in sweep.warnings:
-        click.echo(f"warning: {warning}", err=True)
+        click.echo(f"warning: {config}: {warning}", err=True)
     stop = _stop_on_signals()
     with show_progress(sweep.name) as observe:
         path = run_sweep(sweep, out, workers=workers, observe=observe, stop=stop)
     from quavsweep.result import open_result
 
     result = open_result(path)
-    click.echo(_shares(result))
-    click.echo(f"result  {path}")
+    _say(_shares(result))
+    _say(f"result  {path}")
     if not no_plot:
         from quavsweep.plot import draw
 
         try:
-            click.echo(f"map     {draw(result, path.with_name('map.png'))}")
+            _say(f"map     {draw(result, path.with_name('map.png'))}")
         except ConfigError as error:
-            click.echo(f"no map: {error}")
+            _say(f"no map: {error}")
 
 
 @cli.command()
@@ -79,10 +82,10 @@ def status(folder: Path) -> None:
     if not run_folder.config.is_file():
         raise ConfigError("is not the folder of a run", str(folder), "it has no config.yaml")
     sweep = load_sweep(run_folder.config)
-    shards = ShardSet.scan(run_folder, sweep, identify(sweep), 0)
-    click.echo(f"sweep   {sweep.name}: {sweep.model.name}, {' x '.join(map(str, sweep.grid.shape)) or 1} cells")
+    shards = ShardSet.scan(run_folder, sweep, run_folder.present_identity(identify(sweep)), 0)
+    _say(f"sweep   {sweep.name}: {sweep.model.name}, {' x '.join(map(str, sweep.grid.shape)) or 1} cells")
     if not shards.tile_cells:
-        click.echo("tiles   none done")
+        _say("tiles   none done")
         return
     missing = shards.missing()
     cells = sweep.grid.size
@@ -93,10 +96,10 @@ def status(folder: Path) -> None:
     if run_folder.result.exists():
         from quavsweep.result import open_result
 
-        click.echo(_shares(open_result(run_folder.result)))
-        click.echo(f"result  {run_folder.result}")
+        _say(_shares(open_result(run_folder.result)))
+        _say(f"result  {run_folder.result}")
     else:
-        click.echo("result  not written yet")
+        _say("result  not written yet")
 
 
 @cli.command()
@@ -108,7 +111,7 @@ def plot(source: Path, out: Path | None) -> None:
     from quavsweep.result import open_result
 
     folder = source if source.is_dir() else source.parent
-    click.echo(draw(open_result(source), out or folder / "map.png"))
+    _say(draw(open_result(source), out or folder / "map.png"))
 
 
 @cli.command()
@@ -124,7 +127,18 @@ def verify(folder: Path) -> None:
         raise DamageError(f"{len(verdict.damaged)} damaged", str(folder), "run the sweep again to repair it")
     tail = "a result" if verdict.result else "no result yet"
     missing = "no tile done" if verdict.missing < 0 else f"{verdict.missing} tiles missing"
-    click.echo(f"{folder}: {verdict.shards} shards and {tail}, nothing damaged, {missing}")
+    _say(f"{folder}: {verdict.shards} shards and {tail}, nothing damaged, {missing}")
+
+
+def _say(text: object) -> None:
+    """Print a line; that nobody reads it is no reason to stop."""
+    try:
+        click.echo(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (OSError, ValueError, AttributeError):
+        pass
 
 
 def _shares(result: Result) -> str:
@@ -162,10 +176,6 @@ def _main() -> int:
     arguments = [argument for argument in sys.argv[1:] if argument != "--traceback"]
     try:
         cli.main(args=arguments, prog_name="quavsweep", standalone_mode=False)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return EXIT_DISK
     except (Exception, KeyboardInterrupt) as error:
         if show:
             traceback.print_exc()

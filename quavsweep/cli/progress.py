@@ -40,7 +40,7 @@ def _lines(name: str) -> Callable[[Progress], None]:
 
 def _bar(name: str) -> Iterator[Callable[[Progress], None]]:
     from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TaskID, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
 
     columns = (
@@ -50,9 +50,12 @@ def _bar(name: str) -> Iterator[Callable[[Progress], None]]:
         TimeRemainingColumn(),
     )
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=None, speed="")
+        task: TaskID | None = None
 
         def observe(progress: Progress) -> None:
+            nonlocal task
+            if task is None:
+                task = bar.add_task(name, total=progress.cells, speed="")
             bar.update(task, completed=progress.cells_done, total=progress.cells, speed=_speed(progress))
 
         yield observe

@@ -64,6 +64,7 @@ def read_yaml(text: str | bytes, where: str) -> Any:
         mark = error.problem_mark or error.context_mark
         line = f":{mark.line + 1}" if mark is not None else ""
         problem = " ".join((error.problem or "cannot be parsed").split())
+        problem += "; use spaces" if "\\t" in problem else ""
         raise ConfigError(problem, f"{where}{line}") from error
     except (YAMLError, ValueError, RecursionError) as error:
         raise ConfigError("is not YAML: " + " ".join(str(error).split())[:120], where) from error

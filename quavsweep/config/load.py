@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from quavsweep.config.document import MAX_BYTES, Place, plain, read_yaml
-from quavsweep.config.schema import Config
+from quavsweep.config.schema import Config, IntegrateSection
 from quavsweep.config.sweep import Clock, Sweep
 from quavsweep.errors import ConfigError, ModelError
 from quavsweep.grid import Axis, Grid
@@ -23,9 +23,10 @@ MAX_CELLS = 10**12
 MAX_SEGMENTS = 10**5
 BATCHES = 64  # batches in transient + duration, unless the config says how long one is
 BATCHES_PER_SEGMENT = 4
+MAX_TRIED = 4096  # lengths of a batch
 
 
-def load_sweep(path: Path) -> Sweep:
+def load_sweep(path: Path | str) -> Sweep:
     """Return the sweep that a YAML file describes.
 
     Raises
@@ -33,6 +34,7 @@ def load_sweep(path: Path) -> Sweep:
     ConfigError
         With file, line and key, if anything in it cannot be read or does not make sense.
     """
+    path = Path(path)
     try:
         if path.stat().st_size > MAX_BYTES:
             raise ConfigError(f"is larger than {MAX_BYTES} bytes", str(path))
@@ -71,6 +73,11 @@ def _first_error(error: ValidationError, place: Place) -> ConfigError:
             what = "unknown key" + (f", did you mean {near[0]}?" if near else "")
         elif item["type"] == "missing":
             what, possible = "is missing", _describe(keys)
+        elif item["type"] == "string_pattern_mismatch":
+            what, possible = f"{item['input']!r} is not accepted", f"it may have {_describe(keys)}"
+        elif item["type"] in ("dict_type", "model_type"):
+            what = "is not a mapping of keys"
+            possible = f"possible keys are {', '.join(_section(keys))}" if _section(keys) else ""
         elif item["type"] == "value_error":
             what, possible = str(item["ctx"]["error"]), ""
         else:
@@ -108,6 +115,8 @@ def _model_of(kind: Any) -> Any:
 
 def _describe(keys: tuple[Any, ...]) -> str:
     """Return the schema's description of a key."""
+    if keys == ("model",):
+        return f"the catalogue has {', '.join(NAMES)}"
     kind: Any = Config
     for key in keys[:-1]:
         kind = _model_of(kind.model_fields[key].annotation)
@@ -131,7 +140,9 @@ def _check(config: Config, place: Place) -> Sweep:
     if lyapunov and lyapunov.exponents > len(model.states):
         keys = ("measures", "lyapunov", "exponents")
         raise place.error(keys, f"{model.name} has {len(model.states)} states", f"1 to {len(model.states)} exponents")
-    return Sweep(config, model, grid, _clock(config, place), fixed, _broken_relations(model, fixed, grid))
+    clock = _clock(config, place)
+    warnings = (*_rounding(config.integrate, clock), *_broken_relations(model, fixed, grid))
+    return Sweep(config, model, grid, clock, fixed, warnings)
 
 
 def _check_names(config: Config, model: Model, place: Place) -> None:
@@ -180,24 +191,50 @@ def _broken_relations(model: Model, fixed: Mapping[str, float], grid: Grid) -> t
 
 
 def _clock(config: Config, place: Place) -> Clock:
-    """Round all times up to whole blocks, batches and segments."""
+    """Round all times up to whole blocks, batches and segments.
+
+    Unless the config says how long a batch is, there are 64 to 256 of them, whichever number needs least rounding.
+    """
     section, lyapunov = config.integrate, config.measures.lyapunov
+    if section.dt > section.duration:
+        raise place.error(("integrate", "dt"), f"a step of {section.dt:g} is longer than the duration")
     block = lyapunov.block if lyapunov else 25
     total = section.transient + section.duration
-    wanted = lyapunov.batch if lyapunov and lyapunov.batch else min(total / BATCHES, section.segment or total)
-    batch_blocks = _whole(wanted, block * section.dt)
+    if lyapunov and lyapunov.batch:
+        lengths = [_whole(lyapunov.batch, block * section.dt)]
+    else:
+        longest = _whole(min(total / BATCHES, section.segment or total), block * section.dt)
+        lengths = list(range(longest, longest // 4, -1))
+    clocks = [_rounded(section, block, batch_blocks) for batch_blocks in lengths[:MAX_TRIED]]
+    clock = min(clocks, key=lambda c: round((c.transient + c.duration) / total, 9))
+    if clock.segments > MAX_SEGMENTS or clock.steps > 2**53:
+        raise place.error(
+            ("integrate", "duration"),
+            f"{clock.segments} looks and {clock.steps:.3g} steps are too many",
+            f"at most {MAX_SEGMENTS} segments; a longer segment or batch makes fewer",
+        )
+    return clock
+
+
+def _rounded(section: IntegrateSection, block: int, batch_blocks: int) -> Clock:
+    """Return the clock with batches of so many blocks."""
     batch = batch_blocks * block * section.dt
     segment_batches = _whole(section.segment, batch) if section.segment else BATCHES_PER_SEGMENT
     segment = segment_batches * batch
     transient = _whole(section.transient, segment) if section.transient else 0
-    segments = transient + _whole(section.duration, segment)
-    if segments > MAX_SEGMENTS or segments * segment / section.dt > 2**53:
-        raise place.error(
-            ("integrate", "duration"),
-            f"{segments} looks and {segments * segment / section.dt:.3g} steps are too many",
-            f"at most {MAX_SEGMENTS} segments; a longer segment or batch makes fewer",
-        )
-    return Clock(section.dt, block, batch_blocks, segment_batches, transient, segments)
+    return Clock(
+        section.dt, block, batch_blocks, segment_batches, transient, transient + _whole(section.duration, segment)
+    )
+
+
+def _rounding(section: IntegrateSection, clock: Clock) -> tuple[str, ...]:
+    """Return a sentence if times had to be changed."""
+    used = {"transient": clock.transient, "duration": clock.duration}
+    changed = [
+        f"{key} {getattr(section, key):g} -> {t:g}" for key, t in used.items() if t > getattr(section, key) * (1 + 1e-9)
+    ]
+    whole = f"whole segments of {clock.segment_steps * clock.dt:g}"
+    return (f"rounded up to {whole}: {', '.join(changed)}",) if changed else ()
 
 
 def _whole(length: float, unit: float) -> int:

@@ -40,7 +40,13 @@ def _load(source: str) -> Callable[..., None]:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
+    try:
+        spec.loader.exec_module(module)
+    except Exception:
+        # Machine code in the cache that cannot be loaded is made again; an error that remains is a real one.
+        for stale in path.parent.glob(f"__pycache__/{name}*"):
+            stale.unlink(missing_ok=True)
+        spec.loader.exec_module(module)
     advance: Callable[..., None] = module.advance
     return advance
 

@@ -30,9 +30,9 @@ MODEL = Model(
         *(TABLE_2[name] for name in ("Ix", "Iy", "Iz", "Ir", "d", "k4", "k5", "k6")),
     ),
     relations=(
-        Relation("Ix <= Iy + Iz", lambda Ix, Iy, Iz: Ix <= Iy + Iz, "else it is no rigid body"),
-        Relation("Iy <= Ix + Iz", lambda Ix, Iy, Iz: Iy <= Ix + Iz, "else it is no rigid body"),
-        Relation("Iz <= Ix + Iy", lambda Ix, Iy, Iz: Iz <= Ix + Iy, "else it is no rigid body"),
+        Relation("Ix <= Iy + Iz", lambda Ix, Iy, Iz: Ix <= Iy + Iz, "no rigid body has such moments of inertia"),
+        Relation("Iy <= Ix + Iz", lambda Ix, Iy, Iz: Iy <= Ix + Iz, "no rigid body has such moments of inertia"),
+        Relation("Iz <= Ix + Iy", lambda Ix, Iy, Iz: Iz <= Ix + Iy, "no rigid body has such moments of inertia"),
     ),
     symmetries=((-1, -1, 1),),
     bound=1e4,

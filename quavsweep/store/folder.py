@@ -7,11 +7,12 @@ import fcntl
 import json
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from quavsweep.errors import ConfigError, DiskError, LockedError
+from quavsweep.provenance import Identity
 from quavsweep.store.publish import TEMPORARY, publish_bytes
 
 
@@ -55,6 +56,14 @@ class RunFolder:
         """Return the identities and stages of which shards are present."""
         found = sorted(path for path in self.path.glob("shards/*/*/*") if any(path.glob("tile-*.h5")))
         return [(path.parts[-3], path.parts[-2], path.parts[-1]) for path in found]
+
+    def present_identity(self, identity: Identity) -> Identity:
+        """Return the identity whose shards a reader finds: this one, or else that of the engine that made them."""
+        present = self.identities()
+        if not present or (identity.evidence, identity.toolchain, identity.stage) in present:
+            return identity
+        evidence, toolchain, stage = present[0]
+        return replace(identity, evidence=evidence, toolchain=toolchain, stage=stage)
 
     @contextlib.contextmanager
     def lock(self) -> Iterator[None]:

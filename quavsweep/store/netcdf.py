@@ -76,7 +76,9 @@ def write_result(
     def write(file: h5py.File) -> None:
         extents = {}
         for coordinate in coordinates:
-            scale = file.create_dataset(coordinate.name, data=coordinate.values)
+            text = coordinate.values.dtype.kind == "O"
+            kind = h5py.string_dtype() if text else coordinate.values.dtype
+            scale = file.create_dataset(coordinate.name, data=coordinate.values, dtype=kind)
             scale.make_scale(coordinate.name)
             _set_attributes(scale, coordinate.attributes)
             extents[coordinate.name] = len(coordinate.values)
@@ -131,16 +133,21 @@ def _content_digest(file: h5py.File, digests: dict[str, str]) -> str:
     content: list[Any] = []
     for name in sorted(file):
         dataset = file[name]
-        data = digests.get(name) or hashlib.sha256(_bytes(dataset[()])).hexdigest()
+        data = digests.get(name) or hashlib.sha256(_bytes(_values(dataset))).hexdigest()
         listed = {key: np.asarray(value).tolist() for key, value in _attributes(dataset).items()}
         content.append([name, dataset.dtype.str, dataset.shape, _dims(file, name), listed, data])
     top = {key: np.asarray(value).tolist() for key, value in _attributes(file).items() if key != _DIGEST}
     return hashlib.sha256(json.dumps([content, top], sort_keys=True).encode()).hexdigest()
 
 
+def _values(dataset: h5py.Dataset) -> np.ndarray:
+    """Return a dataset in memory, texts as str."""
+    return np.asarray(dataset.asstr()[()] if dataset.dtype.kind == "O" else dataset[()])
+
+
 def _bytes(values: np.ndarray) -> bytes:
     if values.dtype.kind == "O":
-        return json.dumps([v.decode() if isinstance(v, bytes) else v for v in values.ravel()]).encode()
+        return json.dumps(list(values.ravel())).encode()
     return values.tobytes()
 
 
@@ -164,7 +171,7 @@ def read_result(path: Path) -> Stored:
             raise DamageError("its bytes are not those that were written", str(path), REBUILD)
         with h5py.File(path, "r") as file:
             stored = Stored(
-                data={name: file[name][()] for name in sorted(file)},
+                data={name: _values(file[name]) for name in sorted(file)},
                 dims={name: _dims(file, name) for name in sorted(file)},
                 attributes={name: _attributes(file[name]) for name in sorted(file)},
                 file_attributes=_attributes(file),

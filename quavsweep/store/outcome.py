@@ -72,7 +72,7 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
             "symbol": quantity.symbol,
         }
         coordinates.append(Coordinate(axis.name, np.array(axis.values), attributes))
-    names = np.array([name.encode() for name in model.state_names], dtype=object)
+    names = np.array(model.state_names, dtype=object)
     units = ", ".join(state.unit for state in model.states)
     coordinates.append(Coordinate("state", names, {"long_name": "state variable", "component_units": units}))
     if sweep.measures.vectors:

@@ -15,6 +15,7 @@ import h5py
 
 from quavsweep.errors import DiskError
 
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 _SEAL = b"quavsweep sha256 %s\n"  # appended to a file that is not named by its digest
 TEMPORARY = ".tmp"  # suffix of files in the making; what a killed process leaves behind
 
@@ -110,6 +111,14 @@ def publish_hdf5(name: Callable[[str, int], Path], write: Callable[[h5py.File], 
         path = name(sha256, raw.tell())
         _reveal(raw, temporary, path)
     return path
+
+
+def looks_published(path: Path) -> bool:
+    """Whether a file begins as HDF5 or ends as a seal, so that it may be a result, damaged or not."""
+    with path.open("rb") as file:
+        begin = file.read(len(_HDF5))
+        file.seek(-min(file.seek(0, os.SEEK_END), len(_SEAL % bytes(64))), os.SEEK_END)
+        return begin == _HDF5 or file.read().startswith(_SEAL.partition(b"%")[0])
 
 
 def is_sealed(path: Path) -> bool:
