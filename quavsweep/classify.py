@@ -11,12 +11,14 @@ Windows of time are whole segments, because the total growth is stored at their 
 
 An exponent L over a time T is positive if L > max(`errors` standard errors, `neutral` / T), and neutral if
 |L| <= `neutral` / T: along a bounded orbit ln of the growth in the direction of the flow stays bounded, so the
-neutral exponent falls as 1/T. A large error never makes an exponent neutral.
+neutral exponent falls as 1/T. A large error never makes an exponent neutral, nor does a time so short that
+`neutral` / T is not small against the other exponents.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -25,6 +27,7 @@ from quavsweep.config import Sweep
 from quavsweep.integrate import Evidence
 from quavsweep.measures import REGION_VARIABLE, STATUS_VARIABLE, Variable
 
+TELLING = 0.1  # what counts as zero must be this small against the largest exponent in size
 FEWEST_BATCHES = 4  # below so many a standard error means nothing
 
 _STATE = (
@@ -104,8 +107,8 @@ def _lyapunov(exponents: _Exponents, evidence: Evidence, sink: np.ndarray) -> di
     }
 
 
-def standard_error(rates: np.ndarray, inside: np.ndarray) -> np.ndarray:
-    """Return the standard error of the mean rate over the batches inside a window.
+class Sums:
+    """Running sums over batches, from which the standard error over any window follows at once.
 
     Growth that one batch has too much the next one lacks, because the frame's lag behind the flow is bounded; so the
     variance of the mean is that of independent batches plus twice the covariance of neighbours, but at least a
@@ -114,20 +117,39 @@ def standard_error(rates: np.ndarray, inside: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     rates : (n, batches, K) float64
-    inside : (n, batches) bool
-        The batches of each cell's window.
-
-    Returns
-    -------
-    (n, K) float64, infinite where the window has fewer than four batches
+        Mean rate of growth in each batch; NaN where there is none.
     """
-    count = np.maximum(inside.sum(axis=1), 1)[:, None]
-    kept = np.where(inside[:, :, None], rates, 0.0)
-    spread = np.where(inside[:, :, None], rates - (kept.sum(axis=1) / count)[:, None, :], 0.0)
-    variance = (spread * spread).sum(axis=1) / np.maximum(count - 1, 1)
-    covariance = (spread[:, 1:] * spread[:, :-1]).sum(axis=1) / np.maximum(count - 1, 1)
-    error = np.sqrt(np.maximum(variance + 2.0 * covariance, variance / 4.0) / count)
-    return np.where(count < FEWEST_BATCHES, np.inf, error)
+
+    def __init__(self, rates: np.ndarray) -> None:
+        self._rates = np.nan_to_num(rates)
+        self._first = _running(self._rates)
+        self._second = _running(self._rates * self._rates)
+        self._product = _running(self._rates[:, 1:] * self._rates[:, :-1])
+
+    def error(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        """Return the standard error of the mean over the batches first .. last - 1 of each cell.
+
+        Returns
+        -------
+        (n, K) float64, infinite where the window has fewer than four batches
+        """
+        cells = np.arange(len(first))
+        last = np.maximum(last, first + 1)
+        count = (last - first)[:, None]
+        total = self._first[cells, last] - self._first[cells, first]
+        mean = total / count
+        squares = self._second[cells, last] - self._second[cells, first] - mean * total
+        products = self._product[cells, last - 1] - self._product[cells, first]
+        ends = self._rates[cells, first] + self._rates[cells, last - 1]
+        products += mean * ends - mean * mean * (count + 1)
+        floor = np.maximum(squares, 0.0) / 4.0
+        error = np.sqrt(np.maximum(squares + 2.0 * products, floor) / np.maximum(count - 1, 1) / count)
+        return np.where(count < FEWEST_BATCHES, np.inf, error)
+
+
+def _running(values: np.ndarray) -> np.ndarray:
+    """Return sums over axis 1 up to, and without, each index; one longer than the values."""
+    return np.concatenate([np.zeros_like(values[:, :1]), np.cumsum(values, axis=1)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -160,10 +182,13 @@ class _Exponents:
         end = np.where(empty[:, None], np.nan, total[cells, np.maximum(last, 1) - 1])
         begin = np.where((first > 0)[:, None], total[cells, np.maximum(first, 1) - 1], 0.0)
         span = np.where(empty, 1, last - first)[:, None] * clock.segment_steps * clock.dt
-        rates = self.evidence["growth"].astype(np.float64) / (clock.batch_steps * clock.dt)
-        batch = np.arange(rates.shape[1])
-        inside = (batch >= (first * clock.segment_batches)[:, None]) & (batch < (last * clock.segment_batches)[:, None])
-        return (end - begin) / span, np.where(empty[:, None], np.nan, standard_error(rates, inside))
+        error = self._sums.error(first * clock.segment_batches, last * clock.segment_batches)
+        return (end - begin) / span, np.where(empty[:, None], np.nan, error)
+
+    @cached_property
+    def _sums(self) -> Sums:
+        clock = self.sweep.clock
+        return Sums(self.evidence["growth"].astype(np.float64) / (clock.batch_steps * clock.dt))
 
     def positive(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
         """Whether the largest exponent is positive beyond its error over a window, (n,) bool."""
@@ -172,8 +197,10 @@ class _Exponents:
         return np.asarray(rates[:, 0] > limit)
 
     def neutral(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """Whether the largest exponent is zero as far as a window can tell, (n,) bool."""
-        return np.asarray(np.abs(self.average(first, last)[0][:, 0]) <= self._zero(first, last))
+        """Whether the largest exponent is zero, and the window long enough to tell, (n,) bool."""
+        rates, zero = self.average(first, last)[0], self._zero(first, last)
+        told = (zero <= TELLING * np.abs(rates).max(axis=1)) | (rates.shape[1] == 1)
+        return np.asarray(told & (np.abs(rates[:, 0]) <= zero))
 
     def _zero(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
         clock = self.sweep.clock

@@ -43,7 +43,7 @@ def run_tiles(work: Work, tiles: Sequence[Tile], workers: int) -> Iterator[Recei
     work : callable
         From a tile to something small; it runs in threads, and what it raises comes back in the receipt.
     tiles : sequence of Tile
-        In the order in which they are started.
+        In no promised order.
     workers : int
         Number of threads.
     """
@@ -72,10 +72,7 @@ def run_tiles(work: Work, tiles: Sequence[Tile], workers: int) -> Iterator[Recei
     driver.start()
     try:
         while True:
-            try:
-                item = receipts.get(timeout=0.5)
-            except queue.Empty:
-                continue
+            item = receipts.get()
             if item is None:
                 return
             if isinstance(item, BaseException):

@@ -28,6 +28,8 @@ HASHED_MODULES = (
     "quavsweep.analysis.interval",
     "quavsweep.kernels.program",
 )
+_NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
+RESULT_MODULES = ("quavsweep.classify", "quavsweep.codes", "quavsweep.store.netcdf", "quavsweep.store.outcome")
 _NO_EVIDENCE = ("name", "classify", "integrate.duration")  # keys that change no integrated number
 
 
@@ -77,8 +79,9 @@ def toolchain() -> dict[str, str]:
         "numba": version("numba"),
         "llvmlite": version("llvmlite"),
         "numpy": version("numpy"),
+        "numba settings": " ".join(f"{k}={v}" for k, v in sorted(os.environ.items()) if k in _NUMBA_SETTINGS),
         "fma": str(bool(features.get("fma"))),
-        "simd": " ".join(np.show_config(mode="dicts")["SIMD Extensions"]["found"]),
+        "simd": " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])),
         "blas": " ".join(sorted({f"{b['internal_api']} {b['version']} {b.get('architecture', '')}" for b in blas})),
     }
 
@@ -113,7 +116,7 @@ class Identity:
 def identify(sweep: Sweep) -> Identity:
     """Return the identity of a sweep on this machine."""
     evidence, tools, stage = digest(evidence_parts(sweep)), digest(toolchain()), f"0-{sweep.clock.steps}"
-    rules = [sweep.config.classify.model_dump(), syntax_digest("quavsweep.classify")]
+    rules = [sweep.config.classify.model_dump(), *(syntax_digest(name) for name in RESULT_MODULES)]
     return Identity(evidence, tools, stage, digest([evidence, tools, [stage], rules]))
 
 

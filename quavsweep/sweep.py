@@ -101,8 +101,8 @@ def run_sweep(
         folder.write_record(record)
         shards = ShardSet.scan(folder, sweep, identity, tile_cells or choose_tile_cells(plan))
         failed = _complete(plan, shards, workers, observe, stop, order_seed)
-        while not _consolidate(folder, sweep, identity, shards, failed):
-            failed |= _complete(plan, shards, workers, observe, stop, order_seed)
+        while not _consolidate(folder, sweep, identity, shards, failed, stop):
+            failed = _complete(plan, shards, workers, observe, stop, order_seed)
         folder.write_record(record | {"ended": time.time(), "failed": failed})
     if failed:
         raise TilesFailedError(
@@ -122,6 +122,8 @@ def check_folder(folder: RunFolder, sweep: Sweep, identity: Identity) -> None:
         With the difference, key by key.
     """
     present = folder.identities()
+    if not present and not folder.result.exists():
+        return
     if not present or (identity.evidence, identity.toolchain, identity.stage) in present:
         if folder.config.exists():
             _check_config(folder, sweep)
@@ -208,7 +210,12 @@ def _complete(
 
 
 def _consolidate(
-    folder: RunFolder, sweep: Sweep, identity: Identity, shards: ShardSet, failed: Mapping[int, str]
+    folder: RunFolder,
+    sweep: Sweep,
+    identity: Identity,
+    shards: ShardSet,
+    failed: Mapping[int, str],
+    stop: threading.Event,
 ) -> bool:
     """Write the result unless it is there; return False if shards turned out damaged and were set aside."""
     if not shards.missing():
@@ -218,7 +225,7 @@ def _consolidate(
             if whole and stored.file_attributes["result_id"] == identity.result:
                 return not shards.discard_damaged()
     try:
-        write_outcome(folder.result, sweep, identity, shards, failed)
+        write_outcome(folder.result, sweep, identity, shards, failed, stop.is_set)
     except DamageError:
         shards.discard_damaged()
         return False

@@ -33,7 +33,8 @@ def verify_folder(path: Path) -> Verdict:
     if not folder.config.is_file():
         raise ConfigError("is not the folder of a run", str(path), "it has no config.yaml")
     sweep = load_sweep(folder.config)
-    shards = ShardSet.scan(folder, sweep, folder.present_identity(identify(sweep)), 1)
+    identity = folder.present_identity(identify(sweep))
+    shards = ShardSet.scan(folder, sweep, identity, 1)
     damaged = []
     for index in sorted(shards.shards):
         try:
@@ -43,7 +44,9 @@ def verify_folder(path: Path) -> Verdict:
     has_result = folder.result.exists()
     if has_result:
         try:
-            read_result(folder.result)
+            stored = read_result(folder.result).file_attributes
+            if (stored["evidence_id"], stored["toolchain_id"]) != (identity.evidence, identity.toolchain):
+                damaged.append(f"{folder.result}: is the result of another sweep, engine or toolchain")
         except DamageError as error:
             damaged.append(str(error))
     missing = len(shards.missing()) if shards.shards else -1

@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from quavsweep.classify import classify, result_variables, standard_error
+from quavsweep.classify import Sums, classify, result_variables
 from quavsweep.codes import Certificate, Region, Status
 from quavsweep.config import Sweep
 from quavsweep.integrate import Evidence
-from tests.conftest import YAW
+from tests.conftest import LORENZ, YAW
 
 SEGMENTS = 16
 TRANSIENT = 4
@@ -30,7 +30,8 @@ def _evidence(sweep: Sweep, rates: np.ndarray, noise: float = 0.0, seed: int = 0
     evidence = {v.name: v.empty(n, sweep.extents) for v in sweep.measures.evidence}
     batch = clock.batch_steps * clock.dt
     rng = np.random.default_rng(seed)
-    growth = np.repeat(rates, clock.segment_batches, axis=1)[:, :, None] * batch * np.array([1.0, 0.0, -1.0])
+    largest = np.repeat(rates, clock.segment_batches, axis=1)
+    growth = batch * np.stack([largest, np.zeros_like(largest), -0.19 - largest], axis=2)
     growth += noise * batch * rng.normal(size=growth.shape)
     evidence["growth"][:] = growth
     evidence["growth_total"][:] = growth.cumsum(axis=1)[:, clock.segment_batches - 1 :: clock.segment_batches]
@@ -80,7 +81,7 @@ def test_a_sink_has_exact_exponents_and_keeps_the_raw_ones(sweep: Sweep) -> None
     assert list(result["region"]) == [Region.SINK] * 3
     np.testing.assert_array_equal(result["lyapunov"], evidence["eigenvalue_re"])
     assert (result["lyapunov_se"] == 0).all()
-    np.testing.assert_allclose(result["lyapunov_raw"][0], [-0.015, 0.0, 0.015], atol=1e-9)
+    np.testing.assert_allclose(result["lyapunov_raw"][0], [-0.015, 0.0, -0.175], atol=1e-9)
     assert np.isnan(result["lyapunov_raw"][1:]).all()  # ended within the transient
     np.testing.assert_allclose(result["settle_time"], [2250, 500, 750])
     np.testing.assert_allclose(result["time_used"], [2500, 750, 1000])
@@ -139,11 +140,27 @@ def test_the_standard_error_is_the_scatter_of_the_mean(correlation: float) -> No
     rng = np.random.default_rng(1)
     noise = rng.normal(size=(4000, 49))
     rates = noise[:, 1:] + correlation * noise[:, :-1]
-    errors = standard_error(rates[:, :, None], np.ones((4000, 48), dtype=bool))[:, 0]
+    errors = Sums(rates[:, :, None]).error(np.zeros(4000, dtype=int), np.full(4000, 48))[:, 0]
     assert errors.mean() / rates.mean(axis=1).std() == pytest.approx(1.0, abs=0.15)
 
 
 def test_too_few_batches_have_no_error() -> None:
-    inside = np.zeros((1, 10), dtype=bool)
-    inside[0, :3] = True
-    assert np.isinf(standard_error(np.ones((1, 10, 2)), inside)).all()
+    sums = Sums(np.ones((1, 10, 2)))
+    assert np.isinf(sums.error(np.array([4]), np.array([7]))).all()
+    assert (sums.error(np.array([4]), np.array([8])) < 1e-7).all()
+
+
+def test_the_error_over_a_window_is_that_of_its_batches_alone() -> None:
+    rates = np.random.default_rng(5).normal(size=(1, 30, 1))
+    part = Sums(rates[:, 7:19]).error(np.array([0]), np.array([12]))
+    np.testing.assert_allclose(Sums(rates).error(np.array([7]), np.array([19])), part, rtol=1e-10)
+    x = rates[0, 7:19, 0] - rates[0, 7:19, 0].mean()
+    expected = max(x @ x + 2 * x[1:] @ x[:-1], x @ x / 4) / 11 / 12
+    np.testing.assert_allclose(part[0, 0], np.sqrt(expected), rtol=1e-10)
+
+
+def test_a_window_too_short_to_tell_is_undecided(make_sweep: Callable[..., Sweep]) -> None:
+    sweep = make_sweep(LORENZ, ("transient: 20, duration: 80", "transient: 0, duration: 4"))
+    evidence = _evidence(sweep, np.full((1, sweep.clock.segments), 0.9))
+    evidence["growth_total"][..., 2] = -14.5 * np.arange(1, sweep.clock.segments + 1) * sweep.clock.segment_steps * 0.02
+    assert _region(sweep, evidence) == [Region.UNDECIDED]

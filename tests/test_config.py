@@ -30,6 +30,15 @@ def test_shipped_configs_are_read(path: Path) -> None:
     assert not sweep.warnings
 
 
+NOTHING = YAW.replace("measures: {lyapunov: {exponents: 3, block: 25}}", "")
+
+
+@pytest.mark.parametrize("text", [NOTHING, NOTHING.replace("duration: 600", "duration: 301, segment: 100")])
+def test_the_canonical_config_without_measures_is_a_fixed_point(text: str) -> None:
+    canonical = parse_sweep(text).canonical()
+    assert parse_sweep(dump_config(canonical)).canonical() == canonical
+
+
 @pytest.mark.parametrize("text", [YAW, LORENZ])
 def test_the_canonical_config_gives_the_same_sweep(text: str) -> None:
     sweep = parse_sweep(text)
@@ -66,6 +75,13 @@ def test_the_canonical_config_gives_the_same_sweep(text: str) -> None:
         (("initial:", "parameters: {Ix: 0}\ninitial:"), 4, "parameters.Ix: 0 kg m2 is outside the domain"),
         (("initial:", "parameters: {kx: 0}\ninitial:"), 4, "parameters.kx: quadrotor_yaw has no such parameter"),
         (("dt: 0.02", "dt: 0"), 8, "integrate.dt: 0 is not accepted"),
+        (("dt: 0.02", "dt: 1e-320"), 8, "steps are too many"),
+        (("duration: 600", "duration: 1e308"), 8, "steps are too many"),
+        (("duration: 600", "duration: 1e9, segment: 1"), 8, "too many"),
+        (("name: small", "[a, b]: 1"), None, "unknown key"),
+        (("name: small", "name: 0x" + "f" * 6000), 2, "a number of thousands of digits"),
+        (("start: 3, stop: 7", "start: 3, stop: 3.0000000000000004"), 7, "not all different"),
+        (("\nname: small", "%YAML 1.1\n---\nname: small"), None, "not YAML 1.2"),
         (("dt: 0.02", "dt: 700"), 8, "integrate.dt: a step of 700 is longer than the duration"),
         (("name: small", "name: ../x"), 2, "name: '../x' is not accepted; it may have letters, digits"),
         (("model: quadrotor_yaw\n", ""), 1, "model: is missing; the catalogue has lorenz"),

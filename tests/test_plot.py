@@ -133,8 +133,9 @@ def test_units_and_edges() -> None:
     model = parse_sweep(LORENZ).model
     assert label(model, "rho") == r"$\rho$"
     assert label(parse_sweep(YAW).model, "Ix", -3) == r"$I_x$ ($10^{-3}\,\mathrm{kg}\,\mathrm{m}^{2}$)"
-    np.testing.assert_allclose(edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
+    np.testing.assert_allclose(edges(np.array([1.0, 2.0, 5.0])), [0.5, 1.5, 3.5, 6.5])
     assert axis_is_log(np.geomspace(1, 100, 5))
+    np.testing.assert_allclose(edges(np.geomspace(1, 100, 3)), np.geomspace(10**-0.5, 10**2.5, 4))
     assert not axis_is_log(np.linspace(1, 100, 5))
 
 
@@ -146,3 +147,21 @@ def test_small_values_have_their_power_in_the_label(tmp_path: Path, make_sweep: 
     assert axes.get_ylabel() == r"$I_x$ ($10^{-3}\,\mathrm{kg}\,\mathrm{m}^{2}$)"
     assert "5" in [text.get_text() for text in axes.get_yticklabels()]
     assert axes.yaxis.get_offset_text().get_text() == ""
+
+
+def test_cells_of_unsorted_axes_lie_at_their_values(tmp_path: Path, make_sweep: Callable[..., Sweep]) -> None:
+    result = open_result(run_sweep(make_sweep(YAW, ("{start: 3, stop: 7, num: 5}", "{values: [5, 3, 7]}")), tmp_path))
+    mesh = _meshes(result)[0]
+    shown = np.ma.getdata(mesh.get_array()).reshape(3, 9)
+    np.testing.assert_array_equal(shown, result["region"].T[[1, 0, 2]])
+    np.testing.assert_allclose(mesh.get_coordinates()[:, 0, 1], [2, 4, 6, 8])
+
+
+def test_cells_without_an_exponent_are_not_neutral(result: Result) -> None:
+    values = result["lyapunov"].copy()
+    values[0, 0] = np.nan
+    data = result.stored.data | {"lyapunov": values}
+    figure = make_figure(Result(result.sweep, Stored(data, *list(vars(result.stored).values())[1:])))
+    void, largest = (c for c in figure.axes[1].collections if isinstance(c, QuadMesh))
+    assert np.ma.getmaskarray(largest.get_array()).sum() == 1
+    assert (~np.ma.getmaskarray(void.get_array())).sum() == 1

@@ -89,3 +89,9 @@ def test_what_cannot_be_compiled_is_named(function: object, says: str) -> None:
 def test_a_linear_model_with_constant_derivative_is_compiled() -> None:
     program = derive(_model(lambda x, y: (1, -2 * x), "x y"))
     assert program.evaluate(program.rhs, {"u_x": 3.0, "u_y": 0.0}) == [1.0, -6.0]
+
+
+def test_equal_coefficients_written_differently_keep_both_names() -> None:
+    program = derive(_model(lambda x, y, a: (2 * a * x, 2.0 * a * y), "x y", "a"))
+    np.testing.assert_allclose(program.coefficient_values([np.array([1.5])]).ravel(), 3.0)
+    assert program.evaluate(program.rhs, {"u_x": 1.0, "u_y": 2.0, "p_a": 1.5}) == [3.0, 6.0]

@@ -135,12 +135,23 @@ def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
         pass
 
 
-def test_a_lock_clears_what_a_killed_run_left(tmp_path: Path) -> None:
-    litter = tmp_path / "shards" / "a" / "x.tmp"
+def test_a_lock_clears_what_a_killed_run_left_and_nothing_else(tmp_path: Path) -> None:
+    litter = tmp_path / "shards" / "a" / "b" / "c" / ".quavsweep-x"
     litter.parent.mkdir(parents=True)
     litter.write_text("half")
+    mine = tmp_path / "sub" / "draft.tmp"
+    mine.parent.mkdir()
+    mine.write_text("precious")
     with RunFolder(tmp_path).lock():
         assert not litter.exists()
+    assert mine.read_text() == "precious"
+
+
+def test_a_folder_in_the_place_of_a_file_is_moved_aside(tmp_path: Path) -> None:
+    (tmp_path / "x").mkdir()
+    publish_bytes(tmp_path / "x", b"1")
+    assert (tmp_path / "x").read_bytes() == b"1"
+    assert (tmp_path / "x.bad").is_dir()
 
 
 def test_a_damaged_result_is_seen_and_rebuilt(sweep: Sweep, tmp_path: Path) -> None:

@@ -26,7 +26,9 @@ from quavsweep.store import RunFolder
 from quavsweep.sweep import Progress, run_sweep
 from tests.conftest import LORENZ, YAW
 
-THUMBNAIL = YAW.replace("num: 9", "num: 31").replace("num: 5", "num: 13")
+THUMBNAIL = (
+    YAW.replace("num: 9", "num: 31").replace("num: 5", "num: 13").replace(": 200,", ": 1000,").replace("600", "3000")
+)
 SWEEPS = {"omega_c": THUMBNAIL, "lorenz": LORENZ.replace("num: 60", "num: 240")}
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from quavsweep.analysis.certificate import Shape
 from quavsweep.analysis.equilibrium import eigensystem, vector_field
-from quavsweep.classify import standard_error
+from quavsweep.classify import Sums
 from quavsweep.codes import Certificate, Region, Status
 from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
 from quavsweep.grid import Tile
@@ -123,7 +123,8 @@ def test_raw_exponents_of_sinks_agree_with_the_exact_ones(name: str, tmp_path: P
     growth = np.where(inside[:, :, None], evidence["growth"][sink].astype(float), 0.0)
     span = inside.sum(axis=1) * clock.batch_steps * clock.dt
     raw = growth.sum(axis=1) / span[:, None]
-    error = standard_error(growth / (clock.batch_steps * clock.dt), inside)
+    rates = evidence["growth"][sink].astype(float) / (clock.batch_steps * clock.dt)
+    error = Sums(rates).error(first, np.full_like(first, batch.size))
     allowed = np.maximum(3 * np.where(np.isfinite(error), error, 0.0), 5 / span[:, None])
     share = np.abs(raw - evidence["eigenvalue_re"][sink]) / allowed
     print(f"\n{name}: {within.sum()} sinks settled within the transient, worst {share[within].max():.2f} of what is")

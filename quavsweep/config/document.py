@@ -9,7 +9,7 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedBase
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent, ScalarEvent
+from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent, DocumentStartEvent, ScalarEvent
 
 from quavsweep.errors import ConfigError
 
@@ -50,6 +50,8 @@ def read_yaml(text: str | bytes, where: str) -> Any:
         depth = 0
         for event in yaml.parse(io.StringIO(text)):
             line = f"{where}:{event.start_mark.line + 1}"
+            if isinstance(event, DocumentStartEvent) and event.version not in (None, (1, 2)):
+                raise ConfigError("is not YAML 1.2", line)
             if isinstance(event, AliasEvent) or getattr(event, "anchor", None) is not None:
                 raise ConfigError("anchors and aliases are not allowed", line)
             if isinstance(event, ScalarEvent | CollectionStartEvent) and event.tag is not None:
@@ -76,13 +78,19 @@ def read_yaml(text: str | bytes, where: str) -> Any:
 def plain(node: Any) -> Any:
     """Return YAML's nodes as plain Python values."""
     if isinstance(node, dict):
-        return {plain(key): plain(value) for key, value in node.items()}
+        return {_key(key): plain(value) for key, value in node.items()}
     if isinstance(node, list | tuple):
         return [plain(item) for item in node]
     for kind in (bool, int, float, str):
         if isinstance(node, kind):
             return kind(node)
     return None if node is None or isinstance(node, CommentedBase) else node
+
+
+def _key(node: Any) -> Any:
+    """Return a key; what cannot be one in Python is turned into text, to be refused by name."""
+    key = plain(node)
+    return str(key) if isinstance(key, list | dict) else key
 
 
 def dump_config(data: Mapping[str, Any]) -> str:

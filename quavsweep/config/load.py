@@ -36,11 +36,12 @@ def load_sweep(path: Path | str) -> Sweep:
     """
     path = Path(path)
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise ConfigError(f"is larger than {MAX_BYTES} bytes", str(path))
-        text = path.read_bytes()
+        with path.open("rb") as file:
+            text = file.read(MAX_BYTES + 1)
     except OSError as error:
         raise ConfigError(f"cannot be read: {error.strerror}", str(path)) from error
+    if len(text) > MAX_BYTES:
+        raise ConfigError(f"is larger than {MAX_BYTES} bytes", str(path))
     return parse_sweep(text, str(path))
 
 
@@ -82,13 +83,21 @@ def _first_error(error: ValidationError, place: Place) -> ConfigError:
             what, possible = str(item["ctx"]["error"]), ""
         else:
             message = item["msg"].removeprefix("Input should be ").removeprefix("a valid ")
-            given = repr(item["input"])
+            given = _shown(item["input"])
             what = f"{given if len(given) < 40 else given[:37] + '...'} is not accepted"
             possible = f"it should be {message}" if message != item["msg"] else item["msg"]
         # A misspelt key makes another one missing; the misspelt one is what the user has to see.
         found.append((item["type"] == "missing", place.line(keys), keys, what, possible))
     *_, keys, what, possible = min(found, key=lambda row: row[:2])
     return place.error(keys, what, possible)
+
+
+def _shown(value: Any) -> str:
+    """Return a value as text; integers may be too long for that."""
+    try:
+        return repr(value)
+    except ValueError:
+        return "a number of thousands of digits"
 
 
 def _section(keys: tuple[Any, ...]) -> list[str]:
@@ -134,6 +143,11 @@ def _check(config: Config, place: Place) -> Sweep:
     if size > MAX_CELLS:
         raise place.error(("axes",), f"{size:.3g} cells are too many", f"at most {MAX_CELLS:.0e}")
     grid = Grid(tuple(Axis(name, axis.points()) for name, axis in config.axes.items()))
+    for axis in grid.axes:
+        if not np.isfinite(axis.values).all() or len(set(axis.values)) < len(axis):
+            raise place.error(
+                ("axes", axis.name), "its values are not all different and finite", "change start or stop"
+            )
     fixed = {n: float(config.parameters.get(n, d)) for n, d in model.defaults.items() if n not in config.axes}
     _check_domains(model, fixed, grid, place)
     lyapunov = config.measures.lyapunov
@@ -181,13 +195,19 @@ def _broken_relations(model: Model, fixed: Mapping[str, float], grid: Grid) -> t
     sentences = []
     for relation in model.relations:
         axes = [axis for axis in grid.axes if axis.name in relation.parameters]
-        mesh = np.meshgrid(*(np.asarray(axis.values) for axis in axes), indexing="ij", sparse=True)
+        mesh = np.meshgrid(*(_sample(axis.values) for axis in axes), indexing="ij", sparse=True)
         values = {axis.name: part for axis, part in zip(axes, mesh, strict=True)}
         holds = np.asarray(relation.holds(**{name: values.get(name, fixed.get(name)) for name in relation.parameters}))
         if not holds.all():
             share = "" if holds.ndim == 0 else f" in {100 * (1 - holds.mean()):.3g} % of the cells"
             sentences.append(f"{relation.text} does not hold{share}; {relation.meaning}")
     return tuple(sentences)
+
+
+def _sample(values: tuple[float, ...]) -> np.ndarray:
+    """Return at most 200 values of an axis, evenly chosen, with both ends."""
+    chosen = np.unique(np.linspace(0, len(values) - 1, 200).round().astype(int))
+    return np.asarray(np.asarray(values)[chosen])
 
 
 def _clock(config: Config, place: Place) -> Clock:
@@ -200,12 +220,16 @@ def _clock(config: Config, place: Place) -> Clock:
         raise place.error(("integrate", "dt"), f"a step of {section.dt:g} is longer than the duration")
     block = lyapunov.block if lyapunov else 25
     total = section.transient + section.duration
-    if lyapunov and lyapunov.batch:
-        lengths = [_whole(lyapunov.batch, block * section.dt)]
+    asked = lyapunov.batch if lyapunov else section.segment
+    for length in (total, asked or 0.0, section.segment or 0.0):
+        if not length / section.dt < 2**53:
+            raise place.error(("integrate",), f"{length / section.dt:.3g} steps are too many", "at most 9e15")
+    if asked:
+        lengths = range(_whole(asked, block * section.dt), 0, -1)[:1]
     else:
         longest = _whole(min(total / BATCHES, section.segment or total), block * section.dt)
-        lengths = list(range(longest, longest // 4, -1))
-    clocks = [_rounded(section, block, batch_blocks) for batch_blocks in lengths[:MAX_TRIED]]
+        lengths = range(longest, longest // 4, -1)[:MAX_TRIED]
+    clocks = (_rounded(section, block, batch_blocks) for batch_blocks in lengths)
     clock = min(clocks, key=lambda c: round((c.transient + c.duration) / total, 9))
     if clock.segments > MAX_SEGMENTS or clock.steps > 2**53:
         raise place.error(

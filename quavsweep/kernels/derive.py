@@ -58,6 +58,8 @@ class _Writer:
         self.coefficients: dict[sp.Expr, sp.Symbol] = {}
         self.assignments: list[Assignment] = []
         self.known: dict[tuple[str, tuple[Ref, ...]], str] = {}
+        self.unnamed: set[str] = set()  # temporaries that may still be given a name
+        self.count = 0
 
     def hoist(self, expression: sp.Expr) -> sp.Expr:
         """Return the expression with everything that depends on parameters alone behind a coefficient's symbol."""
@@ -108,7 +110,8 @@ class _Writer:
     def _assign(self, target: str, expression: sp.Expr) -> None:
         """Write an assignment to a name that later expressions use."""
         ref = self._ref(expression)
-        if isinstance(ref, str) and self.assignments and self.assignments[-1].target == ref:
+        if isinstance(ref, str) and ref in self.unnamed and self.assignments[-1].target == ref:
+            self.unnamed.discard(ref)
             last = self.assignments.pop()
             self.known[(last.operation, last.arguments)] = target
             self.assignments.append(Assignment(target, last.operation, last.arguments))
@@ -118,7 +121,9 @@ class _Writer:
     def _operation(self, operation: str, *arguments: Ref) -> Ref:
         key = (operation, arguments)
         if key not in self.known:
-            self.known[key] = f"t{len(self.known)}"
+            self.known[key] = f"t{self.count}"
+            self.count += 1
+            self.unnamed.add(self.known[key])
             self.assignments.append(Assignment(self.known[key], operation, arguments))
         return self.known[key]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,10 @@ def make_program(model: Model) -> Program:
         If the equations cannot be compiled.
     """
     parts = (
+        # The whole module, because equations may read its constants and call its helpers, and what a closure holds.
         syntax_digest(model.rhs),
+        syntax_digest(model.rhs.__module__),
+        repr(inspect.getclosurevars(model.rhs).nonlocals),
         *model.state_names,
         *model.parameter_names,
         syntax_digest("quavsweep.kernels.derive"),

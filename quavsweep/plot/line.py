@@ -22,12 +22,13 @@ BAND = 0.06  # height of the band of regions, as a share of the axes
 def draw_line(axes: Axes, result: Result) -> None:
     """Draw the exponents against the sweep's only axis, and its regions as a band below the top."""
     (axis,) = result.sweep.grid.axes
-    x = np.asarray(axis.values)
-    region = result["region"]
+    order = np.argsort(axis.values)
+    x = np.asarray(axis.values)[order]
+    region = result["region"][order]
     handles: list[Artist] = []
     if "lyapunov" in result:
         for k in range(result["lyapunov"].shape[1]):
-            (line,) = axes.plot(x, result["lyapunov"][:, k], lw=0.8, color=("black", "0.45", "0.7")[k % 3])
+            (line,) = axes.plot(x, result["lyapunov"][order, k], lw=0.8, color=("black", "0.45", "0.7")[k % 3])
             line.set_label(rf"$\lambda_{k + 1}$")
             handles.append(line)
         axes.axhline(0.0, color="0.3", lw=0.5, ls=":")

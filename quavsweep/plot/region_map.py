@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import XAxis, YAxis
 from matplotlib.collections import QuadMesh
-from matplotlib.colors import TwoSlopeNorm
+from matplotlib.colors import ListedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -19,6 +19,8 @@ from quavsweep.plot.style import code_colours, label, rate_label
 
 if TYPE_CHECKING:
     from quavsweep.result import Result
+
+VOID = "#4d4d4d"  # a computed cell that has no such number
 
 
 def draw_regions(axes: Axes, result: Result) -> None:
@@ -47,7 +49,8 @@ def draw_largest(figure: Figure, axes: Axes, result: Result) -> None:
     """Draw the largest exponent: blue below zero, white at zero, red above."""
     values = result["lyapunov"][..., 0]
     # Each side of zero has its own scale, since exponents of sinks and of chaos differ in size.
-    low, high = _round_limit(-values), _round_limit(values)
+    low = _round_limit(-values) or _round_limit(values) or 1.0
+    high = _round_limit(values) or low
     norm = TwoSlopeNorm(0.0, -low, high)
     mesh = _mesh(axes, result, values, cmap="RdBu_r", norm=norm)
     bar = figure.colorbar(mesh, ax=axes, extend="both", aspect=25, pad=0.02)
@@ -58,10 +61,10 @@ def draw_largest(figure: Figure, axes: Axes, result: Result) -> None:
 
 
 def _round_limit(values: np.ndarray) -> float:
-    """Return a round number that all but one in 200 of the positive values stay below."""
+    """Return a round number that all but one in 200 of the positive values stay below; 0 if there are none."""
     positive = values[values > 0]
     if not positive.size:
-        return 1.0
+        return 0.0
     top = float(np.percentile(positive, 99.5))
     unit = 10.0 ** np.floor(np.log10(top))
     return float(unit * np.ceil(top / unit * 5 - 1e-9) / 5)
@@ -71,12 +74,16 @@ def _mesh(axes: Axes, result: Result, values: np.ndarray, **colours: Any) -> Qua
     """Draw one value per cell; cells that are not computed are hatched."""
     across, up = result.sweep.grid.axes
     x, y = np.asarray(across.values), np.asarray(up.values)
-    todo = result["region"] == Region.NONE
+    order = np.ix_(np.argsort(x), np.argsort(y))
+    values, todo = values[order].T, (result["region"] == Region.NONE)[order].T
+    x, y = edges(np.sort(x)), edges(np.sort(y))
     axes.set_facecolor("white")
     if todo.any():
         axes.patch.set(hatch="////", edgecolor="0.6")
-    shown = np.ma.masked_where(todo | ~np.isfinite(values), values)
-    mesh = axes.pcolormesh(edges(x), edges(y), shown.T, rasterized=True, **colours)
+    void = ~todo & ~np.isfinite(values)
+    if void.any():
+        axes.pcolormesh(x, y, np.ma.masked_where(~void, void), cmap=ListedColormap([VOID]), rasterized=True)
+    mesh = axes.pcolormesh(x, y, np.ma.masked_where(todo | void, values), rasterized=True, **colours)
     set_scale(axes.xaxis, result.sweep.model, across)
     set_scale(axes.yaxis, result.sweep.model, up)
     return mesh
@@ -100,7 +107,12 @@ def set_scale(axis: XAxis | YAxis, model: Model, quantity: Axis) -> None:
 
 
 def edges(values: np.ndarray) -> np.ndarray:
-    """Return the borders of cells around values, (n + 1,): midway, and as far beyond the ends."""
+    """Return the borders of cells around ascending values, (n + 1,): midway, and as far beyond the ends.
+
+    Midway in the logarithm where the values are spaced so.
+    """
+    if axis_is_log(values):
+        return np.asarray(np.exp(edges(np.log(values))))
     if len(values) == 1:
         width = abs(values[0]) * 0.5 or 0.5
         return np.array([values[0] - width, values[0] + width])

@@ -43,11 +43,6 @@ class RunFolder:
         """The result."""
         return self.path / "result.h5"
 
-    @property
-    def map(self) -> Path:
-        """The picture that a run draws."""
-        return self.path / "map.png"
-
     def shards(self, evidence_id: str, toolchain_id: str, stage: str) -> Path:
         """Return the folder of the shards of one identity and stage."""
         return self.path / "shards" / evidence_id / toolchain_id / stage
@@ -94,8 +89,10 @@ class RunFolder:
             with contextlib.suppress(OSError):
                 os.ftruncate(handle, 0)
                 os.pwrite(handle, f"process {os.getpid()} on {os.uname().nodename}\n".encode(), 0)
-            for litter in self.path.rglob(f"*{TEMPORARY}"):
-                litter.unlink(missing_ok=True)
+            for pattern in (f"{TEMPORARY}*", f"shards/*/*/*/{TEMPORARY}*"):
+                for litter in self.path.glob(pattern):
+                    with contextlib.suppress(OSError):
+                        litter.unlink()
             yield
         finally:
             os.close(handle)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +11,21 @@ import numpy as np
 
 from quavsweep.classify import classify, result_variables
 from quavsweep.config import Sweep
+from quavsweep.errors import StoppedError
 from quavsweep.measures import Variable
 from quavsweep.provenance import Identity
 from quavsweep.store.netcdf import BLOCK_CELLS, Coordinate, Stored, write_result
 from quavsweep.store.shard_set import Block, ShardSet
 
 
-def write_outcome(path: Path, sweep: Sweep, identity: Identity, shards: ShardSet, failed: Mapping[int, str]) -> None:
+def write_outcome(
+    path: Path,
+    sweep: Sweep,
+    identity: Identity,
+    shards: ShardSet,
+    failed: Mapping[int, str],
+    stopped: Callable[[], bool],
+) -> None:
     """Classify all evidence and publish the result file.
 
     Raises
@@ -26,9 +34,13 @@ def write_outcome(path: Path, sweep: Sweep, identity: Identity, shards: ShardSet
         If a shard's content is not what was published; nothing is written then.
     DiskError
         If the file cannot be written.
+    StoppedError
+        If `stopped()` became true, asked before each block.
     """
     variables = {v: _attributes(sweep, v) for v in result_variables(sweep)}
-    write_result(path, sweep.grid, _coordinates(sweep), variables, _classified(shards, failed), _file(sweep, identity))
+    write_result(
+        path, sweep.grid, _coordinates(sweep), variables, _classified(shards, failed, stopped), _file(sweep, identity)
+    )
 
 
 def outcome_in_memory(sweep: Sweep, identity: Identity, shards: ShardSet) -> Stored:
@@ -43,7 +55,7 @@ def outcome_in_memory(sweep: Sweep, identity: Identity, shards: ShardSet) -> Sto
     coordinates = _coordinates(sweep)
     axes = tuple(axis.name for axis in grid.axes)
     data = {v.name: np.empty(grid.shape + v.shape(0, extents)[1:], v.dtype) for v in variables}
-    for block, values in _classified(shards, {}):
+    for block, values in _classified(shards, {}, lambda: False):
         shape = tuple(s.stop - s.start for s in block)
         for name, array in data.items():
             array[block] = values[name].reshape(shape + values[name].shape[1:])
@@ -55,8 +67,12 @@ def outcome_in_memory(sweep: Sweep, identity: Identity, shards: ShardSet) -> Sto
     )
 
 
-def _classified(shards: ShardSet, failed: Mapping[int, str]) -> Iterator[tuple[Block, Mapping[str, np.ndarray]]]:
+def _classified(
+    shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool]
+) -> Iterator[tuple[Block, Mapping[str, np.ndarray]]]:
     for block, evidence in shards.blocks(BLOCK_CELLS, failed):
+        if stopped():
+            raise StoppedError("stopped while the result was written", possible="the same command continues it")
         yield block, classify(shards.sweep, evidence)
 
 

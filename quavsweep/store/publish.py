@@ -17,7 +17,7 @@ from quavsweep.errors import DiskError
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _SEAL = b"quavsweep sha256 %s\n"  # appended to a file that is not named by its digest
-TEMPORARY = ".tmp"  # suffix of files in the making; what a killed process leaves behind
+TEMPORARY = ".quavsweep-"  # prefix of files in the making; what a killed process leaves behind
 
 
 class PatientFile:
@@ -165,8 +165,8 @@ def _new_file(folder: Path) -> Any:
     """Open a temporary file in a folder; remove it if it was not revealed, and tell a disk's refusal as such."""
     temporary: Path | None = None
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        handle, text = tempfile.mkstemp(suffix=TEMPORARY, dir=folder)
+        _make_folder(folder)
+        handle, text = tempfile.mkstemp(prefix=TEMPORARY, dir=folder)
         temporary = Path(text)
         with os.fdopen(handle, "w+b") as raw:
             yield raw, temporary
@@ -182,12 +182,26 @@ def _reveal(raw: IO[bytes], temporary: Path, path: Path) -> None:
     """Sync a complete file, give it its name, and sync the folder so that the name survives a loss of power."""
     os.fchmod(raw.fileno(), 0o666 & ~_umask())
     os.fsync(raw.fileno())
+    if path.is_dir():
+        path.rename(path.with_name(f"{path.name}.bad"))
     os.replace(temporary, path)
-    folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+    _sync_folder(path.parent)
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a folder and its parents, and sync what holds them, so that they survive a loss of power."""
+    if not folder.is_dir():
+        _make_folder(folder.parent)
+        folder.mkdir(exist_ok=True)
+        _sync_folder(folder.parent)
+
+
+def _sync_folder(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        os.fsync(folder)
+        os.fsync(handle)
     finally:
-        os.close(folder)
+        os.close(handle)
 
 
 def _umask() -> int:
