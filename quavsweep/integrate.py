@@ -21,6 +21,7 @@ from quavsweep.kernels.program import Program
 from quavsweep.measures import Variable
 
 LOG_STEPS = 400  # a step of RK4 shrinks a vector to no less than 0.27, and 0.27**400 does not underflow
+FULL_RANK = 27.6  # ln 1e12: vectors that a block stretches more unequally are parallel to rounding when it ends
 LONGEST_CALL = 0.3  # s, so that a stop is answered soon
 OPERATION_NS = 0.033  # time of one operation of the step in one lane, from the cost of the printed kernels
 
@@ -191,8 +192,13 @@ def _look(plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.nd
     diverged = np.asarray(~finite | beyond)
     degenerate = np.zeros_like(diverged)
     if plan.layout.vectors:
+        # All cells of a tile have been integrated equally far; a comparison with NaN or inf is no full rank.
         segment = int(steps[0]) // clock.segment_steps - 1
-        degenerate = ~np.isfinite(evidence["growth_total"][alive, segment]).all(axis=1) & ~diverged
+        batches = slice(segment * clock.segment_batches, (segment + 1) * clock.segment_batches)
+        with np.errstate(invalid="ignore"):
+            per_block = evidence["growth"][alive, batches].mean(axis=1) / clock.batch_blocks
+            full_rank = per_block.max(axis=1) - per_block.min(axis=1) <= FULL_RANK
+        degenerate = ~full_rank & ~diverged
         void = alive[diverged | degenerate]
         evidence["growth"][void, segment * clock.segment_batches :] = np.nan
         evidence["growth_total"][void, segment:] = np.nan

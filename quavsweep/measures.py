@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from quavsweep.codes import CERTIFICATE, REGION, STATUS, Code
 
@@ -83,6 +84,12 @@ class Measures(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
     lyapunov: Lyapunov | None = Field(default=None, description="Lyapunov exponents with error bars")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _named_is_meant(cls, data: Any) -> Any:
+        """Read a measure that is named without options as one with the defaults."""
+        return {k: {} if v is None else v for k, v in data.items()} if isinstance(data, dict) else data
 
     @property
     def chosen(self) -> tuple[Lyapunov, ...]:

@@ -26,6 +26,8 @@ HASHED_MODULES = (
     "quavsweep.analysis.certificate",
     "quavsweep.analysis.equilibrium",
     "quavsweep.analysis.interval",
+    "quavsweep.kernels.layout",
+    "quavsweep.kernels.method",
     "quavsweep.kernels.program",
 )
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy as sp
 
 from quavsweep.analysis.certificate import Shape, attracted, examine
 from quavsweep.analysis.equilibrium import eigensystem, newton, solve, vector_field
@@ -181,3 +182,12 @@ def test_intervals_hold_all_values() -> None:
             assert (interval.low <= values).all()
             assert (values <= interval.high).all()
     assert (Interval.of(3.0).radius == 0).all()
+
+
+def test_a_model_with_roots_is_certified() -> None:
+    model = Model(
+        "rooted", lambda x, a: (-a * x * (1 + x**2) ** sp.Rational(1, 2),), (State("x"),), (Parameter("a", 1.0),)
+    )
+    program = derive(model)
+    ends = examine(program, RK4, 0.01, np.array([[0.01], [1e-6]]), program.coefficient_values([np.ones(2)]))
+    assert ends.inside.all()

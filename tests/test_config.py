@@ -206,3 +206,8 @@ def test_a_config_that_is_too_large_or_missing_is_refused(tmp_path: Path) -> Non
         load_sweep(tmp_path / "none.yaml")
     with pytest.raises(ConfigError, match="cannot be read"):
         load_sweep(tmp_path)
+
+
+def test_a_measure_that_is_only_named_has_its_defaults() -> None:
+    sweep = parse_sweep(YAW.replace("{lyapunov: {exponents: 3, block: 25}}", "{lyapunov: }"))
+    assert sweep.measures.vectors == 3

@@ -19,7 +19,7 @@ OPERATIONS: dict[str, Callable[..., Any]] = {
     "mul": operator.mul,
     "div": operator.truediv,
     "neg": operator.neg,
-    "sqrt": np.sqrt,
+    "sqrt": lambda x: x.sqrt() if hasattr(x, "sqrt") else np.sqrt(x),
 }
 
 
