@@ -35,8 +35,8 @@ _STATE = (
     Variable("time_used", (), "float64", "time", "time integrated, from t = 0"),
     Variable("final_state", ("state",), "float64", "state", "state at the end"),
     Variable("equilibrium", ("state",), "float64", "state", "equilibrium in which the orbit ends"),
-    Variable("eigenvalue_re", ("state",), "float64", "1/time", "real parts of the eigenvalues there"),
-    Variable("eigenvalue_im", ("state",), "float64", "1/time", "imaginary parts of the eigenvalues there"),
+    Variable("eigenvalue_re", ("eigenvalue",), "float64", "1/time", "real parts of the eigenvalues there"),
+    Variable("eigenvalue_im", ("eigenvalue",), "float64", "1/time", "imaginary parts of the eigenvalues there"),
 )
 _LYAPUNOV = (
     Variable("lyapunov", ("exponent",), "float64", "1/time", "Lyapunov exponents, exact where certified"),

@@ -61,11 +61,6 @@ class Grid:
         indices = np.unravel_index(np.arange(start, stop), self.shape) if self.axes else ()
         return {axis.name: np.asarray(axis.values)[i] for axis, i in zip(self.axes, indices, strict=True)}
 
-    def tiles(self, cells: int) -> Iterator[Tile]:
-        """Yield tiles of so many cells; the last may be smaller."""
-        for index, start in enumerate(range(0, self.size, cells)):
-            yield Tile(index, start, min(start + cells, self.size))
-
     def blocks(self, cells: int) -> Iterator[tuple[slice, ...]]:
         """Yield hyperslabs of at most `cells` cells (or one) that are contiguous in the order of cells.
 

@@ -21,14 +21,6 @@ shapes = st.lists(st.integers(1, 7), max_size=4).map(tuple)
 
 @given(shapes, st.integers(1, 50))
 @settings(deadline=None)
-def test_tiles_cover_every_cell_once(shape: tuple[int, ...], cells: int) -> None:
-    grid = _grid(shape)
-    covered = [cell for tile in grid.tiles(cells) for cell in range(tile.start, tile.stop)]
-    assert covered == list(range(grid.size))
-
-
-@given(shapes, st.integers(1, 50))
-@settings(deadline=None)
 def test_blocks_follow_each_other_in_the_order_of_cells(shape: tuple[int, ...], cells: int) -> None:
     grid = _grid(shape)
     numbers = np.arange(grid.size).reshape(grid.shape)

@@ -216,6 +216,8 @@ def test_the_result_opens_in_xarray(tmp_path: Path, engine: str) -> None:
         assert data.region.dims == ("Omega1", "c")
         assert data.lyapunov.dims == ("Omega1", "c", "exponent")
         assert data.final_state.dims == ("Omega1", "c", "state")
+        assert data.eigenvalue_re.dims == ("Omega1", "c", "eigenvalue")
+        assert data.final_state.attrs["units"] == "rad s-1"
         assert data.region.dtype == data.status.dtype == data.was_chaotic.dtype == np.int8
         np.testing.assert_array_equal(data.Omega1, sweep.grid.axes[0].values)
         assert data.Omega1.attrs["units"] == "rad s-1"

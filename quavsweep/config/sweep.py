@@ -95,6 +95,7 @@ class Sweep:
         """Lengths of the dimensions that evidence has beyond the cell."""
         return {
             "state": len(self.model.states),
+            "eigenvalue": len(self.model.states),
             "exponent": self.measures.vectors,
             "batch": self.clock.segments * self.clock.segment_batches,
             "segment": self.clock.segments,

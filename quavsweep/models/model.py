@@ -16,7 +16,7 @@ RESERVED = frozenset(
     [
         *("region", "status", "period", "exponent", "state", "cell", "ensemble", "time", "batch", "segment"),
         *("lyapunov", "lyapunov_raw", "lyapunov_se", "lyapunov_chaotic", "lyapunov_chaotic_se", "was_chaotic"),
-        *("settle_time", "time_used", "final_state", "equilibrium", "eigenvalue_re", "eigenvalue_im"),
+        *("settle_time", "time_used", "final_state", "equilibrium", "eigenvalue", "eigenvalue_re", "eigenvalue_im"),
         *("cycle_hits", "attractor", "sum_error", "zero_error"),
     ]
 )

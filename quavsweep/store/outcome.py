@@ -91,22 +91,24 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
     names = np.array(model.state_names, dtype=object)
     units = ", ".join(state.unit for state in model.states)
     coordinates.append(Coordinate("state", names, {"long_name": "state variable", "component_units": units}))
-    if sweep.measures.vectors:
-        numbers = np.arange(1, sweep.measures.vectors + 1, dtype=np.int32)
-        coordinates.append(Coordinate("exponent", numbers, {"long_name": "number of the exponent, largest first"}))
+    for name, order in (("eigenvalue", "largest real part first"), ("exponent", "largest first")):
+        if sweep.extents[name]:
+            numbers = np.arange(1, sweep.extents[name] + 1, dtype=np.int32)
+            coordinates.append(Coordinate(name, numbers, {"long_name": f"number of the {name}, {order}"}))
     return coordinates
 
 
 def _attributes(sweep: Sweep, variable: Variable) -> dict[str, Any]:
     """Return the CF attributes of a variable: meaning, units, and the codes' numbers and names."""
     time = sweep.model.time_unit
-    same = {state.unit for state in sweep.model.states}
-    unit = {
+    states = {state.unit for state in sweep.model.states}
+    units = {
         "time": time,
         "1/time": "1" if time == "1" else f"{time}-1",
-        "state": same.pop() if len(same) == 1 else "1",
-    }.get(variable.unit, variable.unit)
-    attributes: dict[str, Any] = {"long_name": variable.meaning, "units": _cf(unit)}
+        "state": states.pop() if len(states) == 1 else "",  # see component_units of the coordinate
+    }
+    unit = units.get(variable.unit, variable.unit)
+    attributes: dict[str, Any] = {"long_name": variable.meaning} | ({"units": _cf(unit)} if unit else {})
     if variable.codes:
         attributes["flag_values"] = np.array([code.number for code in variable.codes], dtype=variable.dtype)
         attributes["flag_meanings"] = " ".join(code.name for code in variable.codes)
