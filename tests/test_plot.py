@@ -165,3 +165,15 @@ def test_cells_without_an_exponent_are_not_neutral(result: Result) -> None:
     void, largest = (c for c in figure.axes[1].collections if isinstance(c, QuadMesh))
     assert np.ma.getmaskarray(largest.get_array()).sum() == 1
     assert (~np.ma.getmaskarray(void.get_array())).sum() == 1
+
+
+def test_a_line_is_hatched_where_nothing_is_computed(tmp_path: Path, make_sweep: Callable[..., Sweep]) -> None:
+    line = open_result(run_sweep(make_sweep(LORENZ), tmp_path))
+    region = line["region"].copy()
+    region[10:13] = Region.NONE
+    unfinished = Result(
+        line.sweep, Stored(line.stored.data | {"region": region}, *list(vars(line.stored).values())[1:])
+    )
+    axes = make_figure(unfinished).axes[0]
+    assert sum(patch.get_hatch() is not None for patch in axes.patches) == 3
+    assert axes.get_legend().get_texts()[-1].get_text() == "not computed"

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.patches import Patch
 
 from quavsweep.codes import REGION, Region
-from quavsweep.plot.region_map import edges, set_scale
+from quavsweep.plot.region_map import edges, region_handles, set_scale
 from quavsweep.plot.style import code_colours, rate_label
 
 if TYPE_CHECKING:
@@ -39,8 +38,10 @@ def draw_line(axes: Axes, result: Result) -> None:
     strip = axes.inset_axes((0.0, 1.0, 1.0, BAND), sharex=axes)
     strip.pcolormesh(edges(x), [0.0, 1.0], band, cmap=colours, norm=norm, rasterized=True)
     strip.set_axis_off()
-    present = [code for code in REGION if (region == code.number).any()]
-    handles += [Patch(facecolor=c.colour, edgecolor="black", linewidth=0.4, label=c.meaning) for c in present]
+    borders = edges(x)
+    for i in np.flatnonzero(region == Region.NONE):
+        axes.axvspan(borders[i], borders[i + 1], facecolor="none", edgecolor="0.6", hatch="////", linewidth=0)
+    handles += region_handles(region)
     axes.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0 + BAND), ncols=4, frameon=False)
-    axes.set_xlim(edges(x)[0], edges(x)[-1])
+    axes.set_xlim(borders[0], borders[-1])
     set_scale(axes.xaxis, result.sweep.model, axis)

@@ -28,10 +28,7 @@ def draw_regions(axes: Axes, result: Result) -> None:
     colours, norm = code_colours(REGION)
     region = result["region"]
     _mesh(axes, result, region, cmap=colours, norm=norm)
-    present = [code for code in REGION if (region == code.number).any() and code.number != Region.NONE]
-    handles = [Patch(facecolor=code.colour, edgecolor="black", linewidth=0.4, label=code.meaning) for code in present]
-    if (region == Region.NONE).any():
-        handles.append(Patch(facecolor="white", edgecolor="0.4", linewidth=0.4, hatch="////", label="not computed"))
+    handles = region_handles(region)
     axes.legend(
         handles=handles,
         loc="lower center",
@@ -43,6 +40,18 @@ def draw_regions(axes: Axes, result: Result) -> None:
         columnspacing=1.2,
         borderpad=0.2,
     )
+
+
+def region_handles(region: np.ndarray) -> list[Patch]:
+    """Return a legend's patches for the regions that are present, hatched for cells that are not computed."""
+    handles = [
+        Patch(facecolor=code.colour, edgecolor="black", linewidth=0.4, label=code.meaning)
+        for code in REGION
+        if code.number != Region.NONE and (region == code.number).any()
+    ]
+    if (region == Region.NONE).any():
+        handles.append(Patch(facecolor="white", edgecolor="0.4", linewidth=0.4, hatch="////", label="not computed"))
+    return handles
 
 
 def draw_largest(figure: Figure, axes: Axes, result: Result) -> None:
