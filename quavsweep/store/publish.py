@@ -125,7 +125,7 @@ def is_sealed(path: Path) -> bool:
     """Whether a file ends with a seal that fits all bytes before it.
 
     HDF5 does not look beyond the end that its superblock names, so a seal does not disturb other readers; and it is
-    checked before HDF5 sees the file, because a single flipped bit can keep HDF5 busy for ever.
+    checked before HDF5 sees the file, so that damage to structure is seen too and never parsed.
 
     Raises
     ------
