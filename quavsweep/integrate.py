@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from quavsweep.analysis.certificate import examine
+from quavsweep.clock import Clock
 from quavsweep.codes import Certificate, Status
-from quavsweep.config import Clock, Sweep
+from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
 from quavsweep.grid import Tile
 from quavsweep.kernels.compiler import make_advance

@@ -3,6 +3,6 @@
 from quavsweep.config.document import dump_config
 from quavsweep.config.load import load_sweep, parse_sweep
 from quavsweep.config.schema import Config
-from quavsweep.config.sweep import Clock, Sweep
+from quavsweep.config.sweep import Sweep
 
-__all__ = ["Clock", "Config", "Sweep", "dump_config", "load_sweep", "parse_sweep"]
+__all__ = ["Config", "Sweep", "dump_config", "load_sweep", "parse_sweep"]

@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import difflib
 import math
-import types
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Union, get_args, get_origin
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
+from quavsweep.config.complaint import first_error
 from quavsweep.config.document import MAX_BYTES, Place, plain, read_yaml
-from quavsweep.config.schema import Config, IntegrateSection
-from quavsweep.config.sweep import Clock, Sweep
+from quavsweep.config.schema import Config
+from quavsweep.config.sweep import Sweep
+from quavsweep.config.times import choose_clock, rounding
 from quavsweep.errors import ConfigError, ModelError
 from quavsweep.grid import Axis, Grid
 from quavsweep.models import NAMES, Model, load_model
 
 MAX_CELLS = 10**12
-MAX_SEGMENTS = 10**5
-BATCHES = 64  # batches in transient + duration, unless the config says how long one is
-BATCHES_PER_SEGMENT = 4
-MAX_TRIED = 4096  # lengths of a batch
 
 
 def load_sweep(path: Path | str) -> Sweep:
@@ -58,78 +54,8 @@ def parse_sweep(text: str | bytes, where: str = "config") -> Sweep:
     try:
         config = Config.model_validate(plain(tree))
     except ValidationError as error:
-        raise _first_error(error, place) from error
+        raise first_error(error, place) from error
     return _check(config, place)
-
-
-def _first_error(error: ValidationError, place: Place) -> ConfigError:
-    """Return the error that comes first in the text, in words."""
-    found = []
-    for item in error.errors(include_url=False):
-        keys = tuple(key for key in item["loc"] if key != "[key]")
-        section = _section(keys[:-1])
-        possible = f"possible keys are {', '.join(section)}" if section else ""
-        if item["type"] == "extra_forbidden":
-            near = difflib.get_close_matches(str(keys[-1]), section, 1)
-            what = "unknown key" + (f", did you mean {near[0]}?" if near else "")
-        elif item["type"] == "missing":
-            what, possible = "is missing", _describe(keys)
-        elif item["type"] == "string_pattern_mismatch":
-            what, possible = f"{item['input']!r} is not accepted", f"it may have {_describe(keys)}"
-        elif item["type"] in ("dict_type", "model_type"):
-            what = "is not a mapping of keys"
-            possible = f"possible keys are {', '.join(_section(keys))}" if _section(keys) else ""
-        elif item["type"] == "value_error":
-            what, possible = str(item["ctx"]["error"]), ""
-        else:
-            message = item["msg"].removeprefix("Input should be ").removeprefix("a valid ")
-            given = _shown(item["input"])
-            what = f"{given if len(given) < 40 else given[:37] + '...'} is not accepted"
-            possible = f"it should be {message}" if message != item["msg"] else item["msg"]
-        # A misspelt key makes another one missing; the misspelt one is what the user has to see.
-        found.append((item["type"] == "missing", place.line(keys), keys, what, possible))
-    *_, keys, what, possible = min(found, key=lambda row: row[:2])
-    return place.error(keys, what, possible)
-
-
-def _shown(value: Any) -> str:
-    """Return a value as text; integers may be too long for that."""
-    try:
-        return repr(value)
-    except ValueError:
-        return "a number of thousands of digits"
-
-
-def _section(keys: tuple[Any, ...]) -> list[str]:
-    """Return the keys that the schema has at a place."""
-    kind: Any = Config
-    for key in keys:
-        kind = _model_of(kind)
-        if isinstance(kind, type) and issubclass(kind, BaseModel) and key in kind.model_fields:
-            kind = kind.model_fields[key].annotation
-        elif get_origin(kind) is dict:
-            kind = get_args(kind)[1]
-        else:
-            return []
-    kind = _model_of(kind)
-    return list(kind.model_fields) if isinstance(kind, type) and issubclass(kind, BaseModel) else []
-
-
-def _model_of(kind: Any) -> Any:
-    """Return the section inside an optional one."""
-    if get_origin(kind) in (Union, types.UnionType):
-        kind = next(part for part in get_args(kind) if part is not type(None))
-    return kind
-
-
-def _describe(keys: tuple[Any, ...]) -> str:
-    """Return the schema's description of a key."""
-    if keys == ("model",):
-        return f"the catalogue has {', '.join(NAMES)}"
-    kind: Any = Config
-    for key in keys[:-1]:
-        kind = _model_of(kind.model_fields[key].annotation)
-    return kind.model_fields[keys[-1]].description or f"it has the keys {', '.join(_section(keys))}"
 
 
 def _check(config: Config, place: Place) -> Sweep:
@@ -154,8 +80,8 @@ def _check(config: Config, place: Place) -> Sweep:
     if lyapunov and lyapunov.exponents > len(model.states):
         keys = ("measures", "lyapunov", "exponents")
         raise place.error(keys, f"{model.name} has {len(model.states)} states", f"1 to {len(model.states)} exponents")
-    clock = _clock(config, place)
-    warnings = (*_rounding(config.integrate, clock), *_broken_relations(model, fixed, grid))
+    clock = choose_clock(config, place)
+    warnings = (*rounding(config.integrate, clock), *_broken_relations(model, fixed, grid))
     return Sweep(config, model, grid, clock, fixed, warnings)
 
 
@@ -208,59 +134,3 @@ def _sample(values: tuple[float, ...]) -> np.ndarray:
     """Return at most 200 values of an axis, evenly chosen, with both ends."""
     chosen = np.unique(np.linspace(0, len(values) - 1, 200).round().astype(int))
     return np.asarray(np.asarray(values)[chosen])
-
-
-def _clock(config: Config, place: Place) -> Clock:
-    """Round all times up to whole blocks, batches and segments.
-
-    Unless the config says how long a batch is, there are 64 to 256 of them, whichever number needs least rounding.
-    """
-    section, lyapunov = config.integrate, config.measures.lyapunov
-    if section.dt > section.duration:
-        raise place.error(("integrate", "dt"), f"a step of {section.dt:g} is longer than the duration")
-    block = lyapunov.block if lyapunov else 25
-    total = section.transient + section.duration
-    asked = lyapunov.batch if lyapunov else section.segment
-    for length in (total, asked or 0.0, section.segment or 0.0):
-        if not length / section.dt < 2**53:
-            raise place.error(("integrate",), f"{length / section.dt:.3g} steps are too many", "at most 9e15")
-    if asked:
-        lengths = range(_whole(asked, block * section.dt), 0, -1)[:1]
-    else:
-        longest = _whole(min(total / BATCHES, section.segment or total), block * section.dt)
-        lengths = range(longest, longest // 4, -1)[:MAX_TRIED]
-    clocks = (_rounded(section, block, batch_blocks) for batch_blocks in lengths)
-    clock = min(clocks, key=lambda c: round((c.transient + c.duration) / total, 9))
-    if clock.segments > MAX_SEGMENTS or clock.steps > 2**53:
-        raise place.error(
-            ("integrate", "duration"),
-            f"{clock.segments} looks and {clock.steps:.3g} steps are too many",
-            f"at most {MAX_SEGMENTS} segments; a longer segment or batch makes fewer",
-        )
-    return clock
-
-
-def _rounded(section: IntegrateSection, block: int, batch_blocks: int) -> Clock:
-    """Return the clock with batches of so many blocks."""
-    batch = batch_blocks * block * section.dt
-    segment_batches = _whole(section.segment, batch) if section.segment else BATCHES_PER_SEGMENT
-    segment = segment_batches * batch
-    transient = _whole(section.transient, segment) if section.transient else 0
-    return Clock(
-        section.dt, block, batch_blocks, segment_batches, transient, transient + _whole(section.duration, segment)
-    )
-
-
-def _rounding(section: IntegrateSection, clock: Clock) -> tuple[str, ...]:
-    """Return a sentence if times had to be changed."""
-    used = {"transient": clock.transient, "duration": clock.duration}
-    changed = [
-        f"{key} {getattr(section, key):g} -> {t:g}" for key, t in used.items() if t > getattr(section, key) * (1 + 1e-9)
-    ]
-    whole = f"whole segments of {clock.segment_steps * clock.dt:g}"
-    return (f"rounded up to {whole}: {', '.join(changed)}",) if changed else ()
-
-
-def _whole(length: float, unit: float) -> int:
-    """Return the number of units that cover a length; rounding errors do not add one."""
-    return max(1, math.ceil(length / unit * (1 - 1e-12) - 1e-9))

@@ -1,0 +1,56 @@
+"""Clock: all lengths of time of a sweep in whole steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Clock:
+    """All lengths of time in whole steps and whole multiples of each other.
+
+    Parameters
+    ----------
+    dt : float
+        Step, in the model's time.
+    block : int
+        Steps between two orthonormalisations.
+    batch_blocks : int
+        Blocks per batch, the window of an error bar.
+    segment_batches : int
+        Batches per segment, the stretch between two looks.
+    transient_segments, segments : int
+        Segments before averaging begins, and in all.
+    """
+
+    dt: float
+    block: int
+    batch_blocks: int
+    segment_batches: int
+    transient_segments: int
+    segments: int
+
+    @property
+    def batch_steps(self) -> int:
+        """Steps per batch."""
+        return self.block * self.batch_blocks
+
+    @property
+    def segment_steps(self) -> int:
+        """Steps per segment."""
+        return self.batch_steps * self.segment_batches
+
+    @property
+    def steps(self) -> int:
+        """Steps in all."""
+        return self.segment_steps * self.segments
+
+    @property
+    def transient(self) -> float:
+        """Time before averaging begins."""
+        return self.segment_steps * self.transient_segments * self.dt
+
+    @property
+    def duration(self) -> float:
+        """Time over which exponents are averaged."""
+        return self.segment_steps * (self.segments - self.transient_segments) * self.dt
