@@ -49,7 +49,7 @@ _LYAPUNOV = (
 def result_variables(sweep: Sweep) -> tuple[Variable, ...]:
     """Return what `classify` gives for each cell of a sweep."""
     lyapunov = _LYAPUNOV if sweep.measures.lyapunov else ()
-    return (REGION_VARIABLE, STATUS_VARIABLE, *lyapunov, *_STATE)
+    return (REGION_VARIABLE, STATUS_VARIABLE, *lyapunov, *_STATE, *sweep.measures.outputs)
 
 
 def classify(sweep: Sweep, evidence: Evidence) -> dict[str, np.ndarray]:
@@ -76,6 +76,7 @@ def classify(sweep: Sweep, evidence: Evidence) -> dict[str, np.ndarray]:
         "equilibrium": evidence["equilibrium"],
         "eigenvalue_re": evidence["eigenvalue_re"],
         "eigenvalue_im": evidence["eigenvalue_im"],
+        **{variable.name: evidence[variable.name] for variable in sweep.measures.outputs},
     }
     computed = (status != Status.NOT_COMPUTED) & (status != Status.FAILED)
     region = np.where(computed, Region.UNDECIDED, Region.NONE)

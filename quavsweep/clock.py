@@ -46,11 +46,20 @@ class Clock:
         return self.segment_steps * self.segments
 
     @property
+    def transient_steps(self) -> int:
+        """Steps before averaging begins."""
+        return self.segment_steps * self.transient_segments
+
+    @property
     def transient(self) -> float:
         """Time before averaging begins."""
-        return self.segment_steps * self.transient_segments * self.dt
+        return self.transient_steps * self.dt
 
     @property
     def duration(self) -> float:
         """Time over which exponents are averaged."""
         return self.segment_steps * (self.segments - self.transient_segments) * self.dt
+
+    def steps_of(self, time: float) -> int:
+        """Return the number of steps that comes nearest to a time."""
+        return round(time / self.dt)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from quavsweep.analysis.certificate import examine
+from quavsweep.analysis.observer import Chunk, Scene, Watcher, make_watchers
 from quavsweep.clock import Clock
 from quavsweep.codes import Certificate, Status
 from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
 from quavsweep.grid import Tile
 from quavsweep.kernels.compiler import make_advance
-from quavsweep.kernels.layout import Layout
+from quavsweep.kernels.layout import Layout, aligned_empty
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.printer import step_operations
@@ -23,6 +24,7 @@ from quavsweep.measures import Variable
 
 LOG_STEPS = 400  # a step of RK4 shrinks a vector to no less than 0.27, and 0.27**400 does not underflow
 FULL_RANK = 27.6  # ln 1e12: vectors that a block stretches more unequally are parallel to rounding when it ends
+BUFFER_BYTES = 2**21  # of states that dense measures look at together; about the second-level cache
 LONGEST_CALL = 0.3  # s, so that a stop is answered soon
 OPERATION_NS = 0.033  # time of one operation of the step in one lane, from the cost of the printed kernels
 
@@ -39,7 +41,7 @@ class Plan:
     program : Program
     layout : Layout
     advance : callable
-        The compiled kernel.
+        The compiled kernel; `record` where a measure is dense.
     """
 
     sweep: Sweep
@@ -72,7 +74,7 @@ def make_plan(sweep: Sweep, lanes: int) -> Plan:
     """Return the plan of a sweep with a compiled kernel of so many lanes."""
     program = make_program(sweep.model)
     layout = Layout(program.dimension, sweep.measures.vectors, len(program.coefficients), lanes)
-    return Plan(sweep, program, layout, make_advance(program, sweep.method, layout))
+    return Plan(sweep, program, layout, make_advance(program, sweep.method, layout, sweep.measures.dense))
 
 
 def generic_frame(dimension: int, vectors: int) -> np.ndarray:
@@ -125,11 +127,17 @@ def integrate_tile(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evide
     alive = np.arange(n)
     lanes = layout.pack(u, frame, coefficients)
     totals = np.zeros((n, layout.vectors))
+    scene = Scene(plan.sweep.model, plan.program, plan.method, clock, coefficients, evidence)
+    watchers = make_watchers(plan.sweep.measures, scene)
     for segment in range(clock.segments):
         batches = []
-        for _ in range(clock.segment_batches):
-            batches.append(_advance_batch(plan, lanes, alive.size, stopped))
+        for number in range(clock.segment_batches):
+            done = (segment * clock.segment_batches + number) * clock.batch_steps
+            batches.append(_advance_batch(plan, lanes, alive, done, watchers, stopped))
             totals = totals + batches[-1]
+        with np.errstate(all="ignore"):
+            for watcher in watchers:
+                watcher.settle()
         _record(plan, evidence, alive, layout.state(lanes, alive.size), batches, totals, segment)
         last = segment == clock.segments - 1
         ended = _look(plan, evidence, alive, coefficients[:, alive], last)
@@ -145,23 +153,58 @@ def integrate_tile(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evide
     return {name: _canonical(values) for name, values in evidence.items()}
 
 
-def _advance_batch(plan: Plan, lanes: np.ndarray, n: int, stopped: Callable[[], bool]) -> np.ndarray:
-    """Advance all lanes by a batch; return the growth of ln of the tangent vectors, (n, K)."""
-    clock, layout = plan.clock, plan.layout
+def _advance_batch(
+    plan: Plan,
+    lanes: np.ndarray,
+    alive: np.ndarray,
+    done: int,
+    watchers: Sequence[Watcher],
+    stopped: Callable[[], bool],
+) -> np.ndarray:
+    """Advance all lanes, which have done so many steps, by a batch; return the growth of ln of the vectors, (n, K)."""
+    clock, layout, n = plan.clock, plan.layout, alive.size
     growth = np.zeros((n, layout.vectors))
     flat, groups = lanes.reshape(-1), lanes.shape[0]
     most = max(1, LOG_STEPS // clock.block)
-    at_once = max(1, int(1e9 * LONGEST_CALL / (most * clock.block * layout.lanes * plan.step_ns)))
-    for done in range(0, clock.batch_blocks, most):
-        blocks = min(most, clock.batch_blocks - done)
+    if watchers:
+        at_once = max(1, BUFFER_BYTES // (8 * (most * clock.block + 1) * layout.dimension * layout.lanes))
+    else:
+        at_once = max(1, int(1e9 * LONGEST_CALL / (most * clock.block * layout.lanes * plan.step_ns)))
+    for block in range(0, clock.batch_blocks, most):
+        blocks = min(most, clock.batch_blocks - block)
         for first in range(0, groups, at_once):
             if stopped():
                 raise StoppedError("the run was stopped")
-            plan.advance(flat, first, min(first + at_once, groups), blocks, clock.block, clock.dt)
+            last = min(first + at_once, groups)
+            if watchers:
+                cells = alive[first * layout.lanes : last * layout.lanes]
+                _watch(plan, flat, (first, last), blocks, cells, done + block * clock.block, watchers)
+            else:
+                plan.advance(flat, first, last, blocks, clock.block, clock.dt)
         if layout.vectors:
             with np.errstate(all="ignore"):
                 growth += np.log(layout.take_stretch(lanes, n))
     return growth
+
+
+def _watch(
+    plan: Plan,
+    flat: np.ndarray,
+    groups: tuple[int, int],
+    blocks: int,
+    cells: np.ndarray,
+    done: int,
+    watchers: Sequence[Watcher],
+) -> None:
+    """Advance some groups of lanes and show the states of their cells after every step to the watchers."""
+    clock, layout = plan.clock, plan.layout
+    steps, (first, last) = blocks * clock.block, groups
+    buffer = aligned_empty((last - first, steps + 1, layout.dimension, layout.lanes))
+    plan.advance(flat, first, last, blocks, clock.block, clock.dt, buffer.reshape(-1))
+    u = buffer.transpose(1, 2, 0, 3).reshape(steps + 1, layout.dimension, -1)[:, :, : cells.size]
+    with np.errstate(all="ignore"):
+        for watcher in watchers:
+            watcher.see(Chunk(cells, done, u))
 
 
 def _record(
@@ -206,6 +249,12 @@ def _look(plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.nd
     evidence["status"][alive[diverged]] = Status.DIVERGED
     evidence["status"][alive[degenerate]] = Status.FRAME_DEGENERATE
     ended = np.asarray(diverged | degenerate)
+    # A cell may be certified long before the measures let it end.
+    may_end = plan.sweep.config.stop_early and int(steps[0]) >= plan.sweep.measures.hold(clock)
+    if may_end:
+        certified = ~ended & (evidence["certificate"][alive] == Certificate.SINK)
+        evidence["status"][alive[certified]] = Status.ENDED_SINK
+        ended |= certified
     open_ = np.flatnonzero(~ended & (evidence["certificate"][alive] == Certificate.NONE))
     if open_.size:
         ends = examine(plan.program, plan.method, clock.dt, u[open_], coefficients[:, open_])
@@ -213,7 +262,7 @@ def _look(plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.nd
         settled = alive[open_[ends.inside]]
         evidence["certified_steps"][settled] = steps[open_[ends.inside]]
         evidence["settled_steps"][settled] = steps[open_[ends.inside]] - clock.segment_steps
-        if plan.sweep.config.stop_early:
+        if may_end:
             evidence["status"][settled] = Status.ENDED_SINK
             ended[open_[ends.inside]] = True
         if last:

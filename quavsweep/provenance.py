@@ -22,7 +22,13 @@ from quavsweep.kernels.syntax import syntax_digest
 
 HASHED_MODULES = (
     "quavsweep.integrate",
+    "quavsweep.clock",
     "quavsweep.measures",
+    "quavsweep.measures.dense",
+    "quavsweep.measures.lyapunov",
+    "quavsweep.measures.measure",
+    "quavsweep.measures.variable",
+    "quavsweep.analysis.observer",
     "quavsweep.analysis.certificate",
     "quavsweep.analysis.equilibrium",
     "quavsweep.analysis.interval",
@@ -60,7 +66,7 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
         "axes.order": list(axes),
         "model.bound": sweep.model.bound,
         "equations": program.digest,
-        "kernel": digest(print_kernel(program, sweep.method, layout)),
+        "kernel": digest(print_kernel(program, sweep.method, layout, sweep.measures.dense)),
         **{f"engine.{name}": syntax_digest(name) for name in HASHED_MODULES},
     }
 

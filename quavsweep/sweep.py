@@ -27,6 +27,7 @@ TILE_SECONDS = 2.0  # estimated time of a tile: what a kill can lose, against ov
 FEWEST_TILES = 32  # so that workers end together
 TILE_MULTIPLE = 32  # whole groups of lanes
 LARGEST_TILE = 65536
+LARGEST_TILE_BYTES = 2**27  # of evidence
 
 
 @dataclass
@@ -46,8 +47,11 @@ def choose_tile_cells(plan: Plan) -> int:
     """Return the number of cells per tile from a static cost model, the same on every machine."""
     cell_seconds = plan.clock.steps * plan.step_ns * 1e-9
     size = plan.sweep.grid.size
-    wanted = min(TILE_SECONDS / cell_seconds, size / FEWEST_TILES, LARGEST_TILE)
-    return max(1, round(wanted / TILE_MULTIPLE)) * TILE_MULTIPLE
+    wanted = min(
+        TILE_SECONDS / cell_seconds, size / FEWEST_TILES, LARGEST_TILE, LARGEST_TILE_BYTES / plan.sweep.cell_bytes
+    )
+    multiple = TILE_MULTIPLE if wanted >= TILE_MULTIPLE or plan.sweep.cell_bytes < 2**20 else 1
+    return max(1, round(wanted / multiple)) * multiple
 
 
 def run_sweep(

@@ -34,6 +34,24 @@ def vector_field(program: Program, u: np.ndarray, coefficients: np.ndarray) -> t
     return np.ascontiguousarray(table[:dimension].T), np.ascontiguousarray(jacobian.transpose(2, 0, 1))
 
 
+def derivatives(program: Program, u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """Return the derivatives of states in columns.
+
+    Parameters
+    ----------
+    u : (D, ...) float64
+    coefficients : (C, ...) float64, in shapes that broadcast with the states
+
+    Returns
+    -------
+    (D, ...) float64
+    """
+    table = np.empty_like(u)
+    for row, value in zip(table, program.evaluate(program.rhs, program.names(u, coefficients)), strict=True):
+        row[...] = value
+    return table
+
+
 def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solve n small linear systems by elimination with partial pivoting, elementwise over the cells.
 

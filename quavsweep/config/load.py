@@ -76,12 +76,17 @@ def _check(config: Config, place: Place) -> Sweep:
             )
     fixed = {n: float(config.parameters.get(n, d)) for n, d in model.defaults.items() if n not in config.axes}
     _check_domains(model, fixed, grid, place)
-    lyapunov = config.measures.lyapunov
-    if lyapunov and lyapunov.exponents > len(model.states):
-        keys = ("measures", "lyapunov", "exponents")
-        raise place.error(keys, f"{model.name} has {len(model.states)} states", f"1 to {len(model.states)} exponents")
     clock = choose_clock(config, place)
-    warnings = (*rounding(config.integrate, clock), *_broken_relations(model, fixed, grid))
+    problem = config.measures.problem(model, clock)
+    if problem is not None:
+        raise place.error(("measures", *problem.key.split(".")), problem.what, problem.possible)
+    measures = config.measures.rounded(model, clock)
+    warnings = (
+        *rounding(config.integrate, clock),
+        *config.measures.changes(measures),
+        *_broken_relations(model, fixed, grid),
+    )
+    config = config.model_copy(update={"measures": measures})
     return Sweep(config, model, grid, clock, fixed, warnings)
 
 

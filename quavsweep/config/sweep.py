@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from quavsweep.clock import Clock
 from quavsweep.config.schema import Config
 from quavsweep.grid import Grid
 from quavsweep.kernels.method import METHODS, ButcherTable
-from quavsweep.measures import Measures
+from quavsweep.measures import Dimension, Measures, Variable
 from quavsweep.models import Model
 
 
@@ -40,16 +44,29 @@ class Sweep:
         """What is recorded."""
         return self.config.measures
 
+    @cached_property
+    def dimensions(self) -> dict[str, Dimension]:
+        """The dimensions that evidence and result have beyond the cell."""
+        return self.measures.dimensions(self.model, self.clock)
+
     @property
     def extents(self) -> dict[str, int]:
-        """Lengths of the dimensions that evidence has beyond the cell."""
-        return {
-            "state": len(self.model.states),
-            "eigenvalue": len(self.model.states),
-            "exponent": self.measures.vectors,
-            "batch": self.clock.segments * self.clock.segment_batches,
-            "segment": self.clock.segments,
-        }
+        """Their lengths."""
+        return {name: len(dimension) for name, dimension in self.dimensions.items()}
+
+    def unit(self, variable: Variable) -> str:
+        """Return the unit of a variable, `1` for a pure number, empty where its components have different ones."""
+        time = self.model.time_unit
+        if variable.unit != "state":
+            return {"time": time, "1/time": "1" if time == "1" else f"1/{time}"}.get(variable.unit, variable.unit)
+        units = {unit for dim in variable.dims for unit in self.dimensions[dim].component_units}
+        return units.pop() if len(units) == 1 else ""
+
+    @property
+    def cell_bytes(self) -> int:
+        """Size of a cell's evidence."""
+        shapes = ((v.dtype, v.shape(1, self.extents)) for v in self.measures.evidence)
+        return sum(np.dtype(dtype).itemsize * math.prod(shape) for dtype, shape in shapes)
 
     def canonical(self) -> dict[str, Any]:
         """Return the config with every default and every rounded time written out; loading it gives the same sweep."""
@@ -62,6 +79,4 @@ class Sweep:
             "duration": clock.duration,
             "segment": clock.segment_steps * clock.dt,
         }
-        if "lyapunov" in data["measures"]:
-            data["measures"]["lyapunov"]["batch"] = clock.batch_steps * clock.dt
         return data

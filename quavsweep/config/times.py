@@ -19,12 +19,12 @@ def choose_clock(config: Config, place: Place) -> Clock:
 
     Unless the config says how long a batch is, there are 64 to 256 of them, whichever number needs least rounding.
     """
-    section, lyapunov = config.integrate, config.measures.lyapunov
+    section, measures = config.integrate, config.measures
     if section.dt > section.duration:
         raise place.error(("integrate", "dt"), f"a step of {section.dt:g} is longer than the duration")
-    block = lyapunov.block if lyapunov else 25
+    block = measures.block
     total = section.transient + section.duration
-    asked = lyapunov.batch if lyapunov else section.segment
+    asked = measures.batch or (None if measures.lyapunov else section.segment)
     for length in (total, asked or 0.0, section.segment or 0.0):
         if not length / section.dt < 2**53:
             raise place.error(("integrate",), f"{length / section.dt:.3g} steps are too many", "at most 9e15")

@@ -21,16 +21,16 @@ def default_lanes() -> int:
     return 16
 
 
-def make_advance(program: Program, method: ButcherTable, layout: Layout) -> Callable[..., None]:
-    """Return the compiled `advance(lanes, first, last, n_blocks, block, dt)`; see `print_kernel`.
+def make_advance(program: Program, method: ButcherTable, layout: Layout, dense: bool = False) -> Callable[..., None]:
+    """Return the compiled `advance(lanes, first, last, n_blocks, block, dt)`, or `record` if dense; see `print_kernel`.
 
     The source file is named by the hash of its content, so numba's disk cache, which looks at one file only, is safe.
     """
-    return _load(print_kernel(program, method, layout))
+    return _load(print_kernel(program, method, layout, dense), "record" if dense else "advance")
 
 
 @cache
-def _load(source: str) -> Callable[..., None]:
+def _load(source: str, function: str) -> Callable[..., None]:
     digest = hashlib.sha256(source.encode()).hexdigest()
     name = f"kernel_{digest[:32]}"
     path = cache_folder() / f"{name}.py"
@@ -47,8 +47,8 @@ def _load(source: str) -> Callable[..., None]:
         for stale in path.parent.glob(f"__pycache__/{name}*"):
             stale.unlink(missing_ok=True)
         spec.loader.exec_module(module)
-    advance: Callable[..., None] = module.advance
-    return advance
+    compiled: Callable[..., None] = getattr(module, function)
+    return compiled
 
 
 def assembly(advance: Any) -> str:

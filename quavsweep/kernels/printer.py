@@ -34,20 +34,24 @@ def align_stack(context):
     return types.void(), generate
 
 
-@njit("void(float64[::1], int64, int64, int64, int64, float64)",
+@njit("void({types})",
       nogil=True, error_model="numpy", cache=True, fastmath={{{flags}}})
-def advance(lanes, first, last, n_blocks, block, dt):
+def {signature}:
     align_stack()
 '''
 
 _SYMBOLS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
 
-def print_kernel(program: Program, method: ButcherTable, layout: Layout) -> str:
+def print_kernel(program: Program, method: ButcherTable, layout: Layout, dense: bool = False) -> str:
     """Return the source of `advance(lanes, first, last, n_blocks, block, dt)`.
 
     It advances the groups first .. last - 1 by `n_blocks` blocks of `block` steps of size `dt`, orthonormalises the
     frame after each block and multiplies the stretching factors up.
+
+    With `dense` it is `record(lanes, first, last, n_blocks, block, dt, buffer)`, which also writes the states before
+    the first step and after each into `buffer`, (groups, 1 + steps, D, W) in one dimension. The states are copied by
+    a loop of its own behind the step, so the step and its bits are the same.
 
     The loop over lanes is innermost and its body is one whole step without a branch or a call, because only that
     form is vectorised. Everything lies in one array: with two of them LLVM adds a second, scalar loop for the case
@@ -61,16 +65,22 @@ def print_kernel(program: Program, method: ButcherTable, layout: Layout) -> str:
     step.load("w", layout.dimension * (1 + layout.vectors), 0)
     step.load("c", layout.coefficients, layout.coefficient_row)
     _print_step(step, program, method, layout)
-    lines = [_HEADER.format(flags=", ".join(repr(flag) for flag in FLAGS)).rstrip()]
+    arguments = ["lanes", "first", "last", "n_blocks", "block", "dt", *(["buffer"] if dense else [])]
+    types = ["float64[::1]", *["int64"] * 4, "float64", *(["float64[::1]"] if dense else [])]
+    signature = f"{'record' if dense else 'advance'}({', '.join(arguments)})"
+    flags = ", ".join(repr(flag) for flag in FLAGS)
+    lines = [_HEADER.format(flags=flags, types=", ".join(types), signature=signature).rstrip()]
     lines += [f"    {name} = dt * {value!r}" for name, value in _constants(method).items()]
     size = layout.rows * layout.lanes
     lines += [
         "    for group in range(first, last):",
         f"        g = lanes[group * {size} : (group + 1) * {size}]",
+        *(_print_copy("(group - first) * (n_blocks * block + 1)", layout, 8) if dense else []),
         "        for _ in range(n_blocks):",
         "            for _ in range(block):",
         f"                for i in range({layout.lanes}):",
         *("                    " + line for line in step.lines),
+        *(_print_copy("at + 1", layout, 16) if dense else []),
     ]
     if layout.vectors:
         frame = _Lines(layout)
@@ -78,6 +88,13 @@ def print_kernel(program: Program, method: ButcherTable, layout: Layout) -> str:
         _print_gram_schmidt(frame, layout)
         lines += [f"            for i in range({layout.lanes}):", *("                " + line for line in frame.lines)]
     return "\n".join(lines) + "\n"
+
+
+def _print_copy(at: str, layout: Layout, indent: int) -> list[str]:
+    """Print the copy of the group's states into the buffer, at the number `at` of a state there."""
+    size = layout.frame_row * layout.lanes
+    lines = [f"at = {at}", f"for i in range({size}):", f"    buffer[at * {size} + i] = g[i]"]
+    return [" " * indent + line for line in lines]
 
 
 class _Lines:

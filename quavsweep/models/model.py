@@ -17,7 +17,8 @@ RESERVED = frozenset(
         *("region", "status", "period", "exponent", "state", "cell", "ensemble", "time", "batch", "segment"),
         *("lyapunov", "lyapunov_raw", "lyapunov_se", "lyapunov_chaotic", "lyapunov_chaotic_se", "was_chaotic"),
         *("settle_time", "time_used", "final_state", "equilibrium", "eigenvalue", "eigenvalue_re", "eigenvalue_im"),
-        *("cycle_hits", "attractor", "sum_error", "zero_error"),
+        *("cycle_hits", "attractor", "sum_error", "zero_error", "orbit", "sample", "samples", "sample_time"),
+        *("sample_count", "peak", "peak_of", "peak_time", "first_time"),
     ]
 )
 

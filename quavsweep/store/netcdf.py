@@ -17,7 +17,8 @@ from quavsweep.grid import Grid
 from quavsweep.measures import Variable
 from quavsweep.store.publish import is_sealed, publish_hdf5
 
-BLOCK_CELLS = 8192  # cells that are classified, compressed and read at once
+BLOCK_CELLS = 8192  # cells that are classified, compressed and read at once, at most
+BLOCK_BYTES = 2**26  # of their evidence, about
 _STRUCTURE = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "_Netcdf4Dimid", "_NCProperties")
 _DIGEST = "content_sha256"
 REBUILD = "run the sweep again to rebuild it"
@@ -42,6 +43,11 @@ class Stored:
     file_attributes: dict[str, Any]
 
 
+def block_cells(cell_bytes: int) -> int:
+    """Return how many cells are classified, compressed and read at once, from the size of a cell's evidence."""
+    return max(1, min(BLOCK_CELLS, BLOCK_BYTES // cell_bytes))
+
+
 def write_result(
     path: Path,
     grid: Grid,
@@ -49,6 +55,7 @@ def write_result(
     variables: Mapping[Variable, Mapping[str, Any]],
     blocks: Iterable[tuple[tuple[slice, ...], Mapping[str, np.ndarray]]],
     attributes: Mapping[str, str],
+    cells: int,
 ) -> None:
     """Publish a result file from a stream of blocks.
 
@@ -63,9 +70,11 @@ def write_result(
     variables : mapping from Variable to attributes
         What the blocks hold.
     blocks : iterable of (slices, values)
-        In the order of `grid.blocks(BLOCK_CELLS)`; values have the shape (cells, ...).
+        In the order of `grid.blocks(cells)`; values have the shape (cells, ...).
     attributes : mapping
         Of the file.
+    cells : int
+        Cells per block, and per chunk of the file.
 
     Raises
     ------
@@ -84,14 +93,14 @@ def write_result(
             extents[coordinate.name] = len(coordinate.values)
         digests = {}
         for variable, extra in variables.items():
-            _create(file, grid, variable, extents, extra)
+            _create(file, grid, variable, extents, extra, cells)
             digests[variable.name] = hashlib.sha256()
         for block, values in blocks:
             for variable in variables:
-                cells = np.ascontiguousarray(values[variable.name], dtype=variable.dtype)
-                shape = tuple(s.stop - s.start for s in block) + cells.shape[1:]
-                file[variable.name][block] = cells.reshape(shape)
-                digests[variable.name].update(cells.data)
+                array = np.ascontiguousarray(values[variable.name], dtype=variable.dtype)
+                shape = tuple(s.stop - s.start for s in block) + array.shape[1:]
+                file[variable.name][block] = array.reshape(shape)
+                digests[variable.name].update(array.data)
         _set_attributes(file, attributes)
         _set_attributes(file, {_DIGEST: _content_digest(file, {n: d.hexdigest() for n, d in digests.items()})})
 
@@ -99,13 +108,18 @@ def write_result(
 
 
 def _create(
-    file: h5py.File, grid: Grid, variable: Variable, extents: Mapping[str, int], attributes: Mapping[str, Any]
+    file: h5py.File,
+    grid: Grid,
+    variable: Variable,
+    extents: Mapping[str, int],
+    attributes: Mapping[str, Any],
+    cells: int,
 ) -> None:
     dims = (*(axis.name for axis in grid.axes), *variable.dims)
     shape = grid.shape + tuple(extents[dim] for dim in variable.dims)
     options: dict[str, Any] = {}
     if grid.axes:
-        chunks = grid.block_shape(BLOCK_CELLS) + shape[len(grid.shape) :]
+        chunks = grid.block_shape(cells) + shape[len(grid.shape) :]
         options = {"chunks": chunks, "shuffle": True, "compression": "gzip", "compression_opts": 4, "fletcher32": True}
     dataset = file.create_dataset(variable.name, shape, variable.dtype, **options)
     for i, dim in enumerate(dims):

@@ -14,7 +14,7 @@ from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
 from quavsweep.measures import Variable
 from quavsweep.provenance import Identity
-from quavsweep.store.netcdf import BLOCK_CELLS, Coordinate, Stored, write_result
+from quavsweep.store.netcdf import Coordinate, Stored, block_cells, write_result
 from quavsweep.store.shard_set import Block, ShardSet
 
 
@@ -39,7 +39,13 @@ def write_outcome(
     """
     variables = {v: _attributes(sweep, v) for v in result_variables(sweep)}
     write_result(
-        path, sweep.grid, _coordinates(sweep), variables, _classified(shards, failed, stopped), _file(sweep, identity)
+        path,
+        sweep.grid,
+        _coordinates(sweep),
+        variables,
+        _classified(shards, failed, stopped),
+        _file(sweep, identity),
+        block_cells(sweep.cell_bytes),
     )
 
 
@@ -70,7 +76,7 @@ def outcome_in_memory(sweep: Sweep, identity: Identity, shards: ShardSet) -> Sto
 def _classified(
     shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool]
 ) -> Iterator[tuple[Block, Mapping[str, np.ndarray]]]:
-    for block, evidence in shards.blocks(BLOCK_CELLS, failed):
+    for block, evidence in shards.blocks(block_cells(shards.sweep.cell_bytes), failed):
         if stopped():
             raise StoppedError("stopped while the result was written", possible="the same command continues it")
         yield block, classify(shards.sweep, evidence)
@@ -88,26 +94,19 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
             "symbol": quantity.symbol,
         }
         coordinates.append(Coordinate(axis.name, np.array(axis.values), attributes))
-    names = np.array(model.state_names, dtype=object)
-    units = ", ".join(state.unit for state in model.states)
-    coordinates.append(Coordinate("state", names, {"long_name": "state variable", "component_units": units}))
-    for name, order in (("eigenvalue", "largest real part first"), ("exponent", "largest first")):
-        if sweep.extents[name]:
-            numbers = np.arange(1, sweep.extents[name] + 1, dtype=np.int32)
-            coordinates.append(Coordinate(name, numbers, {"long_name": f"number of the {name}, {order}"}))
+    used = {dim for variable in result_variables(sweep) for dim in variable.dims}
+    for dimension in sweep.dimensions.values():
+        if dimension.name in used:
+            attributes = {"long_name": dimension.meaning}
+            attributes |= {"units": _cf(dimension.unit)} if dimension.unit else {}
+            attributes |= {"component_units": ", ".join(dimension.component_units)} if dimension.component_units else {}
+            coordinates.append(Coordinate(dimension.name, dimension.values, attributes))
     return coordinates
 
 
 def _attributes(sweep: Sweep, variable: Variable) -> dict[str, Any]:
     """Return the CF attributes of a variable: meaning, units, and the codes' numbers and names."""
-    time = sweep.model.time_unit
-    states = {state.unit for state in sweep.model.states}
-    units = {
-        "time": time,
-        "1/time": "1" if time == "1" else f"{time}-1",
-        "state": states.pop() if len(states) == 1 else "",  # see component_units of the coordinate
-    }
-    unit = units.get(variable.unit, variable.unit)
+    unit = sweep.unit(variable)
     attributes: dict[str, Any] = {"long_name": variable.meaning} | ({"units": _cf(unit)} if unit else {})
     if variable.codes:
         attributes["flag_values"] = np.array([code.number for code in variable.codes], dtype=variable.dtype)
@@ -119,7 +118,9 @@ def _cf(unit: str) -> str:
     """Return a unit in the notation of the CF conventions: `N m s2/rad2` becomes `N m s2 rad-2`."""
     over, _, under = unit.partition("/")
     factors = [factor if factor[-1].isdigit() else f"{factor}1" for factor in under.split()]
-    return " ".join([over, *(f"{factor[:-1]}-{factor[-1]}" for factor in factors)])
+    return " ".join(
+        [*([] if over == "1" and factors else [over]), *(f"{factor[:-1]}-{factor[-1]}" for factor in factors)]
+    )
 
 
 def _file(sweep: Sweep, identity: Identity) -> dict[str, str]:

@@ -1,0 +1,80 @@
+"""Events between two steps: where a function of the state changes its sign, found with a step of a part of dt."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from quavsweep.analysis.equilibrium import derivatives
+from quavsweep.kernels.method import ButcherTable
+from quavsweep.kernels.program import Program
+
+ITERATIONS = 12  # of the Illinois method, of order 1.44: the bracket is below rounding long before
+
+Event = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of states (D, n) and coefficients (C, n) to (n,)
+
+
+def crossings(before: np.ndarray, after: np.ndarray, direction: str) -> np.ndarray:
+    """Return where values change their sign from one to the next: upward, downward, or `both`; bool.
+
+    A value that is zero belongs to the side that it comes to, so that no crossing is counted twice.
+    """
+    up = (before < 0) & (after >= 0)
+    down = (before > 0) & (after <= 0)
+    return np.asarray({"up": up, "down": down, "both": up | down}[direction])
+
+
+def step(program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """Return the states after a step of a length of its own for each.
+
+    Parameters
+    ----------
+    dt : (n,) float64
+    u : (D, n) float64
+    coefficients : (C, n) float64
+    """
+    slopes: list[np.ndarray] = []
+    for row in method.a:
+        shift = sum((float(a) * k for a, k in zip(row, slopes, strict=True) if a), start=np.zeros_like(u))
+        slopes.append(derivatives(program, u + dt * shift, coefficients))
+    return np.asarray(u + dt * sum((float(b) * k for b, k in zip(method.b, slopes, strict=True)), start=0.0))
+
+
+def locate(
+    program: Program, method: ButcherTable, dt: float, event: Event, u: np.ndarray, coefficients: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return when, and in which state, an event happens within the step that starts at `u`.
+
+    The Illinois method on the length of the step, taken by the method itself, so that the state lies on the computed
+    orbit to the method's order.
+
+    Parameters
+    ----------
+    u : (D, n) float64
+        States from which a whole step crosses zero.
+    coefficients : (C, n) float64
+
+    Returns
+    -------
+    time : (n,) float64
+        From the start of the step, in (0, dt].
+    state : (D, n) float64
+
+    References
+    ----------
+    .. [1] M. Dowell, P. Jarratt, BIT 11, 168 (1971).
+    """
+    low, high = np.zeros(u.shape[1]), np.full(u.shape[1], dt)
+    at_low = event(u, coefficients)
+    at_high = event(step(program, method, high, u, coefficients), coefficients)
+    time = high
+    for _ in range(ITERATIONS):
+        slope = at_high - at_low
+        time = np.where(slope == 0, high, (low * at_high - high * at_low) / np.where(slope == 0, 1.0, slope))
+        value = event(step(program, method, time, u, coefficients), coefficients)
+        opposite = value * at_high <= 0
+        # An end that stays counts half from then on, so that both ends move.
+        low, at_low = np.where(opposite, high, low), np.where(opposite, at_high, 0.5 * at_low)
+        high, at_high = time, value
+    return time, step(program, method, time, u, coefficients)

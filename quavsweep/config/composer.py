@@ -1,0 +1,156 @@
+"""From the events of a YAML parser to a tree of plain values; it knows the key that is being read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+from ruamel.yaml.events import (
+    AliasEvent,
+    CollectionEndEvent,
+    CollectionStartEvent,
+    DocumentStartEvent,
+    Event,
+    MappingStartEvent,
+    NodeEvent,
+    ScalarEvent,
+)
+
+from quavsweep.config.place import Keys, Place, Spot
+from quavsweep.config.scalar import scalar
+from quavsweep.config.unprintable import Unprintable
+
+MAX_DEPTH = 20
+MAX_SCALAR = 1000  # characters; integers of more than 4300 digits cannot even be read
+
+
+@dataclass
+class Level:
+    """A mapping or list that is being read; `waiting` says whether a key has been read and its value has not."""
+
+    keys: Keys
+    node: dict[str, Any] | list[Any]
+    index: int
+    column: int
+    flow: bool
+    last: Keys | None = None
+    waiting: bool = False
+
+
+class Composer:
+    """Builds the tree and the places of its keys; refuses what a config may not hold.
+
+    Parameters
+    ----------
+    start : Spot
+        The first line of the text, or the override that it is the value of.
+    root : tuple of str
+        The keys under which the text stands.
+    unprintable : Unprintable, optional
+        The first character that may not be in the text.
+    """
+
+    def __init__(self, start: Spot, root: Keys = (), unprintable: Unprintable | None = None) -> None:
+        self.start, self.root, self.unprintable = start, root, unprintable
+        self.tree: Any = None
+        self.spots: dict[Keys, Spot] = {}
+        self.words: dict[Keys, str] = {}
+        self.levels: list[Level] = []
+        self.documents = 0
+
+    @property
+    def keys(self) -> Keys:
+        """The innermost key that is being read, or that was read last."""
+        if not self.levels:
+            return self.root
+        return self.levels[-1].last or self.levels[-1].keys
+
+    def refuse(self, keys: Keys, what: str, possible: str = "") -> NoReturn:
+        """Raise the error that names these keys."""
+        raise Place(self.start, self.spots).error(keys, what, possible)
+
+    def feed(self, event: Event) -> None:
+        """Take the next event."""
+        if self.unprintable and event.start_mark.index > self.unprintable.index:
+            self.refuse(self.keys, self.unprintable.what)
+        if isinstance(event, DocumentStartEvent):
+            self._begin(event)
+        elif isinstance(event, CollectionEndEvent):
+            self.levels.pop()
+        elif isinstance(event, NodeEvent):
+            level = self.levels[-1] if self.levels else None
+            if level and isinstance(level.node, dict) and not level.waiting:
+                self._take_key(level, event)
+            else:
+                self._take_value(level, event)
+
+    def _begin(self, event: DocumentStartEvent) -> None:
+        self.documents += 1
+        spot = self.start.at(event.start_mark.line + 1)
+        if event.version not in (None, (1, 2)):
+            raise Place(spot, {}).error((), "is not YAML 1.2")
+        if self.documents > 1:
+            raise Place(spot, {}).error((), "a second document begins here", "a config is one document")
+
+    def _take_key(self, level: Level, event: NodeEvent) -> None:
+        if not isinstance(event, ScalarEvent):
+            self._check_node(self.keys, event)
+            self.refuse(self.keys, "a key is a list or a mapping", "keys are words")
+        keys = (*level.keys, event.value)
+        earlier = self.spots.get(keys)
+        self.spots[keys] = self.start.at(event.start_mark.line + 1)
+        level.last, level.waiting = keys, True
+        self._check_node(keys, event)
+        if event.value in level.node:
+            line = f" on line {earlier.line}" if earlier and earlier.line else ""
+            self.refuse(keys, f"duplicate key; it is given{line} already", "keep one of them")
+        if event.value == "<<" and event.implicit[0]:
+            self.refuse(keys, "merging mappings is not allowed", "write the keys out")
+        assert isinstance(level.node, dict)
+        level.node[event.value] = None
+
+    def _take_value(self, level: Level | None, event: NodeEvent) -> None:
+        keys = self.root if level is None else self._key_of_value(level, event)
+        self._check_node(keys, event)
+        value: Any
+        if isinstance(event, ScalarEvent):
+            value = scalar(event.value) if event.implicit[0] else event.value
+            if event.implicit[0]:
+                self.words[keys] = event.value
+        else:
+            value = {} if isinstance(event, MappingStartEvent) else []
+        if level is None:
+            self.tree = value
+        elif isinstance(level.node, list):
+            level.node.append(value)
+        else:
+            level.node[str(keys[-1])] = value
+        if isinstance(event, CollectionStartEvent):
+            mark = event.start_mark
+            self.levels.append(Level(keys, value, mark.index, mark.column, bool(event.flow_style)))
+
+    def _key_of_value(self, level: Level, event: NodeEvent) -> Keys:
+        if isinstance(level.node, list):
+            keys = (*level.keys, len(level.node))
+            self.spots[keys] = self.start.at(event.start_mark.line + 1)
+            level.last = keys
+            return keys
+        level.waiting = False
+        assert level.last is not None
+        return level.last
+
+    def _check_node(self, keys: Keys, event: NodeEvent) -> None:
+        """Refuse tags, anchors, aliases, endless scalars, depth, and what cannot be printed."""
+        if self.unprintable and self.unprintable.index < event.end_mark.index:
+            self.refuse(keys, self.unprintable.what)
+        if isinstance(event, AliasEvent) or event.anchor is not None:
+            self.refuse(keys, "anchors and aliases are not allowed", "write the value out")
+        if isinstance(event, ScalarEvent | CollectionStartEvent) and event.tag is not None:
+            self.refuse(keys, "tags are not allowed", "write the value alone")
+        if isinstance(event, ScalarEvent) and len(event.value) > MAX_SCALAR:
+            what = f"{event.value[:10]}... of {len(event.value)} characters is not accepted"
+            self.refuse(keys, what.encode("unicode_escape").decode(), f"at most {MAX_SCALAR} characters")
+        if len(self.levels) + len(self.root) >= MAX_DEPTH and isinstance(event, CollectionStartEvent):
+            self.refuse(keys[:MAX_DEPTH], f"nested deeper than {MAX_DEPTH}")
+
+
