@@ -108,6 +108,30 @@ def _lyapunov(exponents: _Exponents, evidence: Evidence, sink: np.ndarray) -> di
     }
 
 
+def convergence(sweep: Sweep, evidence: Evidence) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return how averages grow with time.
+
+    Returns
+    -------
+    until : (n, m) float64
+        Times from t = 0, the end of each segment after the transient (of all where a cell ended within it), as far
+        as the cell that was integrated longest.
+    exponents, errors : (n, m, K) float64
+        Averages until then and their standard errors; NaN beyond a cell's end.
+    """
+    averages = _Exponents(sweep, evidence)
+    used = averages.used
+    first = np.where(used > averages.transient, averages.transient, 0)
+    ends = [np.minimum(first + i, used) for i in range(1, int((used - first).max(initial=0)) + 1)]
+    pairs = [averages.average(np.where(first + i > used, used, first), end) for i, end in enumerate(ends, 1)]
+    length = sweep.clock.segment_steps * sweep.clock.dt
+    if not pairs:
+        n, k = used.size, sweep.measures.vectors
+        return np.zeros((n, 0)), np.zeros((n, 0, k)), np.zeros((n, 0, k))
+    exponents, errors = (np.stack(part, axis=1) for part in zip(*pairs, strict=True))
+    return np.stack(ends, axis=1) * length, exponents, errors
+
+
 class Sums:
     """Running sums over batches, from which the standard error over any window follows at once.
 

@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from quavsweep.classify import classify, convergence
 from quavsweep.config import Sweep
+from quavsweep.errors import ConfigError
+from quavsweep.grid import Grid, Tile
+from quavsweep.integrate import Evidence, integrate_tile, make_plan
+from quavsweep.kernels.compiler import default_lanes
+from quavsweep.measures import Measures, Orbit
+from quavsweep.models import Parameter
+
+MOST_TIMES = 200_000  # of the orbit
+SAME = 1e-9  # a value this near to one of the axis, as a share of its range, means that one
 
 
 @dataclass(frozen=True)
@@ -28,6 +40,8 @@ class Point:
         the cell ended within it.
     exponents, errors : (m, K) float64
         Averages until these times, and their standard errors (inf where there are too few batches).
+    indices : tuple of int, optional
+        Where the cell lies in the grid of the sweep that it was taken from; None if it is none of its cells.
     """
 
     sweep: Sweep
@@ -37,3 +51,87 @@ class Point:
     averaged_until: np.ndarray
     exponents: np.ndarray
     errors: np.ndarray
+    indices: tuple[int, ...] | None = None
+
+
+def compute_point(sweep: Sweep, values: Mapping[str, float], stopped: Callable[[], bool] = lambda: False) -> Point:
+    """Integrate one cell of a sweep, or one beside its grid.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    values : mapping
+        A value for each axis, by name, in its unit; other parameters and initial states may be given as well. A
+        value next to one of the axis (to 1e-9 of its range) means that one.
+
+    Returns
+    -------
+    Point
+        Its `values` equal those of the map to the bit, if it is a cell of the grid.
+
+    Raises
+    ------
+    ConfigError
+        If an axis has no value, or a value has no place in the model.
+    StoppedError
+        If `stopped()` became true.
+    """
+    single, indices = _single(sweep, values)
+    evidence = _integrate(single, stopped)
+    result = {name: array[0] for name, array in classify(single, evidence).items()}
+    if sweep.measures.lyapunov:
+        until, exponents, errors = (array[0] for array in convergence(single, evidence))
+    else:
+        until, exponents, errors = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0))
+    time, orbit = _orbit(single, int(evidence["steps"][0]), stopped)
+    return Point(single, result, time, orbit, until, exponents, errors, indices)
+
+
+def _integrate(sweep: Sweep, stopped: Callable[[], bool]) -> Evidence:
+    return integrate_tile(make_plan(sweep, default_lanes()), Tile(0, 0, 1), stopped)
+
+
+def _orbit(single: Sweep, steps: int, stopped: Callable[[], bool]) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and states of the orbit; the states do not depend on what else is measured."""
+    clock = single.clock
+    every = -(-steps // MOST_TIMES)
+    measure = Orbit(every=every * clock.dt, until=steps * clock.dt)
+    alone = dataclasses.replace(single, config=single.config.model_copy(update={"measures": Measures(orbit=measure)}))
+    return alone.dimensions["time"].values, _integrate(alone, stopped)["orbit"][0]
+
+
+def _single(sweep: Sweep, values: Mapping[str, float]) -> tuple[Sweep, tuple[int, ...] | None]:
+    """Return the sweep of one cell, and where it lies in the grid."""
+    model, chosen, indices = sweep.model, dict(values), []
+    names = [axis.name for axis in sweep.grid.axes]
+    for axis in sweep.grid.axes:
+        if axis.name not in values:
+            raise ConfigError(f"{axis.name} has no value", possible=f"give {', '.join(f'{n}=...' for n in names)}")
+        along = np.asarray(axis.values)
+        nearest = int(np.argmin(np.abs(along - values[axis.name])))
+        if abs(along[nearest] - values[axis.name]) <= SAME * max(float(np.ptp(along)), abs(values[axis.name])):
+            chosen[axis.name] = float(along[nearest])
+            indices.append(nearest)
+    for name, value in chosen.items():
+        _check(sweep, name, value)
+    fixed = {**sweep.parameters, **sweep.config.initial}
+    on_grid = len(indices) == len(names) and all(fixed.get(n, v) == v for n, v in chosen.items() if n not in names)
+    parameters = {n: chosen.get(n, sweep.parameters.get(n, 0.0)) for n in model.parameter_names}
+    initial = {n: chosen.get(n, sweep.config.initial.get(n, 0.0)) for n in model.state_names}
+    update = {"axes": {}, "initial": initial, "parameters": parameters}
+    single = dataclasses.replace(
+        sweep, config=sweep.config.model_copy(update=update), grid=Grid(()), parameters=parameters
+    )
+    return single, tuple(indices) if on_grid else None
+
+
+def _check(sweep: Sweep, name: str, value: float) -> None:
+    """Refuse what is no quantity of the model, or beyond its domain."""
+    model = sweep.model
+    names = (*model.parameter_names, *model.state_names)
+    if name not in names:
+        raise ConfigError(f"{model.name} has no {name}", possible=f"it has {', '.join(names)}")
+    quantity = model.quantity(name)
+    if not np.isfinite(value) or (isinstance(quantity, Parameter) and not quantity.admits(value)):
+        domain = quantity.domain if isinstance(quantity, Parameter) else ""
+        raise ConfigError(f"{name} cannot be {value:g}", possible=f"it must be {domain or 'finite'}")
