@@ -3,82 +3,127 @@
 from __future__ import annotations
 
 import difflib
-import types
-from typing import Any, Union, get_args, get_origin
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
-from quavsweep.config.document import Place
-from quavsweep.config.schema import Config
+from quavsweep.config.document import Document
+from quavsweep.config.expected import accepted, description, kind_of, section_keys
+from quavsweep.config.place import Keys, escaped, quoted
 from quavsweep.errors import ConfigError
-from quavsweep.models import NAMES
 
 
-def first_error(error: ValidationError, place: Place) -> ConfigError:
+@dataclass(frozen=True)
+class Complaint:
+    """One thing that is wrong: the key, what, what is possible, and whether it is only a key that is missing."""
+
+    keys: Keys
+    what: str
+    possible: str = ""
+    absence: bool = False
+
+
+def first_error(error: ValidationError, document: Document) -> ConfigError:
     """Return the error that comes first in the text, in words."""
-    found = []
-    for item in error.errors(include_url=False):
-        keys = tuple(key for key in item["loc"] if key != "[key]")
-        section = _section(keys[:-1])
-        possible = f"possible keys are {', '.join(section)}" if section else ""
-        if item["type"] == "extra_forbidden":
-            near = difflib.get_close_matches(str(keys[-1]), section, 1)
-            what = "unknown key" + (f", did you mean {near[0]}?" if near else "")
-        elif item["type"] == "missing":
-            what, possible = "is missing", _describe(keys)
-        elif item["type"] == "string_pattern_mismatch":
-            what, possible = f"{item['input']!r} is not accepted", f"it may have {_describe(keys)}"
-        elif item["type"] in ("dict_type", "model_type"):
-            what = "is not a mapping of keys"
-            possible = f"possible keys are {', '.join(_section(keys))}" if _section(keys) else ""
-        elif item["type"] == "value_error":
-            what, possible = str(item["ctx"]["error"]), ""
-        else:
-            message = item["msg"].removeprefix("Input should be ").removeprefix("a valid ")
-            given = _shown(item["input"])
-            what = f"{given if len(given) < 40 else given[:37] + '...'} is not accepted"
-            possible = f"it should be {message}" if message != item["msg"] else item["msg"]
-        # A misspelt key makes another one missing; the misspelt one is what the user has to see.
-        found.append((item["type"] == "missing", place.line(keys), keys, what, possible))
-    *_, keys, what, possible = min(found, key=lambda row: row[:2])
-    return place.error(keys, what, possible)
+    place = document.place
+    found = [_complaint(item, document) for item in error.errors(include_url=False)]
+    # A misspelt key makes another one missing; the misspelt one is what the user has to see.
+    first = min(found, key=lambda c: (c.absence, place.line(c.keys)))
+    return place.error(first.keys, first.what, first.possible)
 
 
-def _shown(value: Any) -> str:
-    """Return a value as text; integers may be too long for that."""
+def _complaint(item: Any, document: Document) -> Complaint:
+    """Return an error of pydantic in words."""
+    keys = tuple(key for key in item["loc"] if key != "[key]")
+    return WORDS.get(item["type"], _not_accepted)(keys, item, document)
+
+
+def _unknown(keys: Keys, item: Any, document: Document) -> Complaint:
+    possible = section_keys(keys[:-1])
+    near = difflib.get_close_matches(str(keys[-1]), possible, 1)
+    hint = f", did you mean {near[0]}?" if near else ""
+    return Complaint(keys, f"unknown key{hint}", f"possible keys are {', '.join(possible)}")
+
+
+def _missing(keys: Keys, item: Any, document: Document) -> Complaint:
+    return Complaint(keys, "is missing", _possible(keys), absence=True)
+
+
+def _no_mapping(keys: Keys, item: Any, document: Document) -> Complaint:
+    possible = section_keys(keys)
+    return Complaint(keys, "is not a mapping of keys", f"possible keys are {', '.join(possible)}" if possible else "")
+
+
+def _relation(keys: Keys, item: Any, document: Document) -> Complaint:
+    """Return what a validator says of a section, with the keys that it speaks of."""
+    sentence, place = str(item["ctx"]["error"]), document.place
+    spoken = [(*keys, key) for key in section_keys(keys) if len(key) > 2 and re.search(rf"\b{key}\b", sentence)]
+    first = next((key for key in spoken if place.has(key)), keys)
+    others = ", ".join(place.other(key, first) for key in spoken if key != first)
+    return Complaint(first, sentence, f"see {others}" if others else "")
+
+
+def _pattern(keys: Keys, item: Any, document: Document) -> Complaint:
+    return Complaint(keys, f"{quoted(item['input'])} is not accepted", f"it may have {description(keys)}")
+
+
+def _not_accepted(keys: Keys, item: Any, document: Document) -> Complaint:
+    """Return the complaint about a value of the wrong type or outside its range."""
+    value, word = item["input"], document.words.get(keys)
+    possible = _possible(keys, _hint(kind_of(keys), value, word)) or item["msg"]
+    return Complaint(keys, f"{_shown(value, word)} is not accepted", possible)
+
+
+def _possible(keys: Keys, hint: str = "") -> str:
+    """Return what may stand at a key: `it should be a number above 0 (step)`."""
+    expected = accepted(keys)
+    notes = "; ".join(note for note in (description(keys), hint) if note)
+    should = "" if keys == ("model",) or not expected else "it should be "
+    return f"{should}{expected}{f' ({notes})' if notes else ''}".strip()
+
+
+# Other types of pydantic's errors say what a value should be, and that is taken from the schema.
+WORDS: dict[str, Callable[[Keys, Any, Document], Complaint]] = {
+    "extra_forbidden": _unknown,
+    "missing": _missing,
+    "dict_type": _no_mapping,
+    "model_type": _no_mapping,
+    "model_attributes_type": _no_mapping,
+    "value_error": _relation,
+    "string_pattern_mismatch": _pattern,
+}
+
+
+def _shown(value: Any, word: str | None) -> str:
+    """Return a value as the user wrote it, shortened."""
+    if value is None:
+        return "an empty value" if not word else f"the empty value {word}"
+    if isinstance(value, dict | list):
+        name = "a mapping" if isinstance(value, dict) else "a list"
+        return name if value else f"an empty {name.split()[1]}"
+    return quoted(value) if isinstance(value, str) else escaped(word or repr(value))
+
+
+def _hint(kind: Any, value: Any, word: str | None) -> str:
+    """Return what a user may not know about writing numbers."""
+    if kind not in (int, float) or isinstance(value, bool | dict | list | None):
+        return ""
+    if not isinstance(value, str):
+        return "" if kind is int or _is_finite(value) else "finite, at most 1.8e308"
+    if kind is float and re.fullmatch(r"[-+\d]+,\d+", value):
+        return "decimals are written with a point"
+    if re.fullmatch(r"[-+.\deE_]+", value):
+        return "numbers have no _" if "_" in value else "numbers have no quotes" * (word is None)
+    return ""
+
+
+def _is_finite(value: float) -> bool:
+    """Whether a number fits into 64 bits."""
     try:
-        return repr(value)
-    except ValueError:
-        return "a number of thousands of digits"
-
-
-def _section(keys: tuple[Any, ...]) -> list[str]:
-    """Return the keys that the schema has at a place."""
-    kind: Any = Config
-    for key in keys:
-        kind = _model_of(kind)
-        if isinstance(kind, type) and issubclass(kind, BaseModel) and key in kind.model_fields:
-            kind = kind.model_fields[key].annotation
-        elif get_origin(kind) is dict:
-            kind = get_args(kind)[1]
-        else:
-            return []
-    kind = _model_of(kind)
-    return list(kind.model_fields) if isinstance(kind, type) and issubclass(kind, BaseModel) else []
-
-
-def _model_of(kind: Any) -> Any:
-    """Return the section inside an optional one."""
-    if get_origin(kind) in (Union, types.UnionType):
-        kind = next(part for part in get_args(kind) if part is not type(None))
-    return kind
-
-
-def _describe(keys: tuple[Any, ...]) -> str:
-    """Return the schema's description of a key."""
-    if keys == ("model",):
-        return f"the catalogue has {', '.join(NAMES)}"
-    kind: Any = Config
-    for key in keys[:-1]:
-        kind = _model_of(kind.model_fields[key].annotation)
-    return kind.model_fields[keys[-1]].description or f"it has the keys {', '.join(_section(keys))}"
+        return math.isfinite(float(value))
+    except OverflowError:
+        return False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Any, NoReturn
 
 from ruamel.yaml.events import (
@@ -148,9 +149,8 @@ class Composer:
         if isinstance(event, ScalarEvent | CollectionStartEvent) and event.tag is not None:
             self.refuse(keys, "tags are not allowed", "write the value alone")
         if isinstance(event, ScalarEvent) and len(event.value) > MAX_SCALAR:
-            what = f"{event.value[:10]}... of {len(event.value)} characters is not accepted"
-            self.refuse(keys, what.encode("unicode_escape").decode(), f"at most {MAX_SCALAR} characters")
+            what = f"{event.value[:10]}... has {len(event.value)} characters, which is too long"
+            self.refuse(keys, what, f"at most {MAX_SCALAR} characters")
         if len(self.levels) + len(self.root) >= MAX_DEPTH and isinstance(event, CollectionStartEvent):
-            self.refuse(keys[:MAX_DEPTH], f"nested deeper than {MAX_DEPTH}")
-
-
+            named = tuple(takewhile(lambda key: isinstance(key, str), keys))
+            self.refuse(named, f"nested deeper than {MAX_DEPTH}")

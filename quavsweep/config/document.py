@@ -1,96 +1,86 @@
-"""YAML text: read without tags, aliases or surprises, with the line of every key; and written."""
+"""YAML text: read without tags, aliases or surprises, with the place of every key; and written."""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from ruamel.yaml import YAML
-from ruamel.yaml.comments import CommentedBase
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent, DocumentStartEvent, ScalarEvent
+from ruamel.yaml.error import MarkedYAMLError
 
-from quavsweep.errors import ConfigError
+from quavsweep.config.composer import Composer
+from quavsweep.config.place import Keys, Place, Spot
+from quavsweep.config.syntax import events, syntax_error
+from quavsweep.config.unprintable import decoded, printable
 
 MAX_BYTES = 2**20
-MAX_DEPTH = 20
 
 
-class Place:
-    """Finds the line of a key in the text."""
+@dataclass
+class Document:
+    """A text as a tree of plain values, the place of each key, and the words that were written without quotes."""
 
-    def __init__(self, where: str, tree: Any) -> None:
-        self.where, self.tree = where, tree
+    tree: Any
+    start: Spot
+    spots: dict[Keys, Spot]
+    words: dict[Keys, str]
 
-    def line(self, keys: tuple[Any, ...]) -> int:
-        """Return the line of the innermost of these keys that the text has, counted from 1."""
-        node, line = self.tree, 1
-        for key in keys:
-            try:
-                line = node.lc.data[key][0] + 1
-                node = node[key]
-            except (AttributeError, KeyError, IndexError, TypeError):
-                break
-        return int(line)
+    @property
+    def place(self) -> Place:
+        """What finds the place of a key."""
+        return Place(self.start, self.spots)
 
-    def error(self, keys: tuple[Any, ...], what: str, possible: str = "") -> ConfigError:
-        """Return the error that names file, line and key."""
-        key = ".".join(str(k) for k in keys)
-        where = f"{self.where}:{self.line(keys)}" + (f": {key}" if key else "")
-        return ConfigError(what, where, possible)
+
+def read_document(text: str | bytes, start: Spot, root: Keys = ()) -> Document:
+    """Return what a YAML text says; its keys stand under the keys of `root`.
+
+    Raises
+    ------
+    ConfigError
+        For what is not YAML 1.2, and for tags, anchors, aliases, merge and duplicate keys, and depth.
+    """
+    clean, unprintable = printable(decoded(text))
+    composer = Composer(start, root, unprintable)
+    try:
+        for event in events(clean):
+            composer.feed(event)
+    except MarkedYAMLError as error:
+        raise syntax_error(error, clean, composer) from error
+    return Document(composer.tree, start, composer.spots, composer.words)
+
+
+def read_config(text: str | bytes, where: str) -> Document:
+    """Return what the YAML text of a config says; `where` names it in errors.
+
+    Raises
+    ------
+    ConfigError
+        See `read_document`; and if it is not a mapping of keys.
+    """
+    document = read_document(text, Spot(where, 1))
+    if not isinstance(document.tree, dict):
+        raise document.place.error((), "is not a mapping of keys", "a config is one")
+    return document
 
 
 def read_yaml(text: str | bytes, where: str) -> Any:
-    """Return the tree of a YAML text with line numbers; tags, anchors, aliases and depth are refused before loading."""
-    try:
-        if isinstance(text, bytes):
-            text = text.decode("utf-8")
-        yaml = YAML(typ="rt", pure=True)
-        depth = 0
-        for event in yaml.parse(io.StringIO(text)):
-            line = f"{where}:{event.start_mark.line + 1}"
-            if isinstance(event, DocumentStartEvent) and event.version not in (None, (1, 2)):
-                raise ConfigError("is not YAML 1.2", line)
-            if isinstance(event, AliasEvent) or getattr(event, "anchor", None) is not None:
-                raise ConfigError("anchors and aliases are not allowed", line)
-            if isinstance(event, ScalarEvent | CollectionStartEvent) and event.tag is not None:
-                raise ConfigError("tags are not allowed", line)
-            depth += isinstance(event, CollectionStartEvent) - isinstance(event, CollectionEndEvent)
-            if depth > MAX_DEPTH:
-                raise ConfigError(f"nested deeper than {MAX_DEPTH}", line)
-        tree = YAML(typ="rt", pure=True).load(text)
-    except UnicodeDecodeError as error:
-        raise ConfigError("is not UTF-8 text", where) from error
-    except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line = f":{mark.line + 1}" if mark is not None else ""
-        problem = " ".join((error.problem or "cannot be parsed").split())
-        problem += "; use spaces" if "\\t" in problem else ""
-        raise ConfigError(problem, f"{where}{line}") from error
-    except (YAMLError, ValueError, RecursionError) as error:
-        raise ConfigError("is not YAML: " + " ".join(str(error).split())[:120], where) from error
-    if not isinstance(tree, dict):
-        raise ConfigError("is not a mapping of keys", f"{where}:1", "a config is one")
-    return tree
+    """Return the tree of a config's YAML text.
+
+    Raises
+    ------
+    ConfigError
+        See `read_config`.
+    """
+    return read_config(text, where).tree
 
 
 def plain(node: Any) -> Any:
-    """Return YAML's nodes as plain Python values."""
+    """Return a copy of a tree."""
     if isinstance(node, dict):
-        return {_key(key): plain(value) for key, value in node.items()}
-    if isinstance(node, list | tuple):
-        return [plain(item) for item in node]
-    for kind in (bool, int, float, str):
-        if isinstance(node, kind):
-            return kind(node)
-    return None if node is None or isinstance(node, CommentedBase) else node
-
-
-def _key(node: Any) -> Any:
-    """Return a key; what cannot be one in Python is turned into text, to be refused by name."""
-    key = plain(node)
-    return str(key) if isinstance(key, list | dict) else key
+        return {key: plain(value) for key, value in node.items()}
+    return [plain(item) for item in node] if isinstance(node, list) else node
 
 
 def dump_config(data: Mapping[str, Any]) -> str:

@@ -57,7 +57,8 @@ class Place:
     def error(self, keys: Keys, what: str, possible: str = "") -> ConfigError:
         """Return the error that names file, line and key."""
         key = dotted(keys)
-        return ConfigError(what, f"{self.spot(keys)}" + (f": {key}" if key else ""), possible)
+        where = f"{self.spot(keys)}" + (f": {key}" if key else "")
+        return ConfigError(*(_one_line(part) for part in (what, where, possible)))
 
     def other(self, keys: Keys, than: Keys) -> str:
         """Return the name of a second key, with its place unless it is that of the first."""
@@ -85,5 +86,9 @@ def quoted(text: str) -> str:
 
 def escaped(text: str) -> str:
     """Return a text of the user without quotes, on one line, shortened."""
-    text = text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+    return _one_line(text if len(text) <= LONGEST else text[: LONGEST - 3] + "...")
+
+
+def _one_line(text: str) -> str:
+    """Return a text with escapes for what would break the line or disturb a terminal."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from quavsweep.clock import Clock
-from quavsweep.config.schema import Config
+from quavsweep.config.schema import AxisSection, Config
 from quavsweep.grid import Grid
 from quavsweep.kernels.method import METHODS, ButcherTable
 from quavsweep.measures import Dimension, Measures, Variable
@@ -67,6 +67,15 @@ class Sweep:
         """Size of a cell's evidence."""
         shapes = ((v.dtype, v.shape(1, self.extents)) for v in self.measures.evidence)
         return sum(np.dtype(dtype).itemsize * math.prod(shape) for dtype, shape in shapes)
+
+    def with_fixed(self, values: Mapping[str, float], grid: Grid) -> Sweep:
+        """Return the sweep over another grid, with parameters and initial states fixed at these values."""
+        names = self.model.parameter_names
+        parameters = {n: values.get(n, self.parameters.get(n)) for n in names if n in values or n in self.parameters}
+        initial = {**self.config.initial, **{n: v for n, v in values.items() if n not in names}}
+        axes = {axis.name: AxisSection(values=list(axis.values)) for axis in grid.axes}
+        config = self.config.model_copy(update={"axes": axes, "initial": initial, "parameters": parameters})
+        return replace(self, config=config, grid=grid, parameters=parameters)
 
     def canonical(self) -> dict[str, Any]:
         """Return the config with every default and every rounded time written out; loading it gives the same sweep."""

@@ -5,13 +5,22 @@ from __future__ import annotations
 import math
 
 from quavsweep.clock import Clock
-from quavsweep.config.document import Place
+from quavsweep.config.place import Keys, Place
 from quavsweep.config.schema import Config, IntegrateSection
+from quavsweep.errors import ConfigError
 
+MAX_STEPS = 2**53  # whole numbers beyond are not exact as floats
 MAX_SEGMENTS = 10**5
 BATCHES = 64  # batches in transient + duration, unless the config says how long one is
 BATCHES_PER_SEGMENT = 4
 MAX_TRIED = 4096  # lengths of a batch
+
+DT: Keys = ("integrate", "dt")
+TRANSIENT: Keys = ("integrate", "transient")
+DURATION: Keys = ("integrate", "duration")
+SEGMENT: Keys = ("integrate", "segment")
+BATCH: Keys = ("measures", "lyapunov", "batch")
+BLOCK: Keys = ("measures", "lyapunov", "block")
 
 
 def choose_clock(config: Config, place: Place) -> Clock:
@@ -19,15 +28,11 @@ def choose_clock(config: Config, place: Place) -> Clock:
 
     Unless the config says how long a batch is, there are 64 to 256 of them, whichever number needs least rounding.
     """
+    _check_times(config, place)
     section, measures = config.integrate, config.measures
-    if section.dt > section.duration:
-        raise place.error(("integrate", "dt"), f"a step of {section.dt:g} is longer than the duration")
     block = measures.block
     total = section.transient + section.duration
     asked = measures.batch or (None if measures.lyapunov else section.segment)
-    for length in (total, asked or 0.0, section.segment or 0.0):
-        if not length / section.dt < 2**53:
-            raise place.error(("integrate",), f"{length / section.dt:.3g} steps are too many", "at most 9e15")
     if asked:
         lengths = range(_whole(asked, block * section.dt), 0, -1)[:1]
     else:
@@ -35,13 +40,54 @@ def choose_clock(config: Config, place: Place) -> Clock:
         lengths = range(longest, longest // 4, -1)[:MAX_TRIED]
     clocks = (_rounded(section, block, batch_blocks) for batch_blocks in lengths)
     clock = min(clocks, key=lambda c: round((c.transient + c.duration) / total, 9))
-    if clock.segments > MAX_SEGMENTS or clock.steps > 2**53:
-        raise place.error(
-            ("integrate", "duration"),
-            f"{clock.segments} looks and {clock.steps:.3g} steps are too many",
-            f"at most {MAX_SEGMENTS} segments; a longer segment or batch makes fewer",
-        )
+    _check_clock(clock, config, place)
     return clock
+
+
+def _check_times(config: Config, place: Place) -> None:
+    """Refuse times that do not fit together: a step, block, batch or segment longer than the run, too many steps."""
+    section, measures = config.integrate, config.measures
+    total = section.transient + section.duration
+    if section.dt > section.duration:
+        end = place.other(DURATION, DT)
+        raise place.error(DT, f"a step of {section.dt:g} is longer than {end}", f"at most {section.duration:g}")
+    if not total / section.dt < MAX_STEPS:
+        keys, length = _longest(section)
+        what = f"{length:g} is more than 9e15 steps of {place.other(DT, keys)}"
+        raise place.error(keys, what, "a longer step or a shorter run")
+    stretches = {SEGMENT: section.segment, BATCH: measures.batch, BLOCK: measures.block * section.dt}
+    for keys, stretch in stretches.items():
+        if stretch and stretch > total * (1 + 1e-9):
+            raise _too_long(keys, stretch, config, place)
+
+
+def _too_long(keys: Keys, length: float, config: Config, place: Place) -> ConfigError:
+    """Return the error of a stretch of time that is longer than the run; a default is blamed on the step."""
+    section = config.integrate
+    what = f"{length:g}"
+    if keys == BLOCK:
+        keys = keys if place.has(keys) else DT
+        what = f"{config.measures.block} steps of {section.dt:g}, {place.other(DT if keys == BLOCK else BLOCK, keys)},"
+    run = f"{place.other(TRANSIENT, keys)} + {place.other(DURATION, keys)}"
+    end = section.transient + section.duration
+    return place.error(keys, f"{what} is longer than {run}".replace(", is", ", are"), f"at most {end:g} in all")
+
+
+def _check_clock(clock: Clock, config: Config, place: Place) -> None:
+    """Refuse more looks than can be stored."""
+    if clock.segments <= MAX_SEGMENTS and clock.steps <= MAX_STEPS:
+        return
+    keys, length = _longest(config.integrate)
+    causes = [key for key in (SEGMENT, BATCH) if place.has(key)] or [DT]
+    named = " and ".join(place.other(key, keys) for key in causes)
+    what = f"{length:g} with {named} makes {clock.segments} segments and {clock.steps:.3g} steps"
+    raise place.error(keys, what, f"at most {MAX_SEGMENTS} segments; longer segments or batches make fewer")
+
+
+def _longest(section: IntegrateSection) -> tuple[Keys, float]:
+    """Return key and length of the longer part of the run."""
+    parts: list[tuple[Keys, float]] = [(DURATION, section.duration), (TRANSIENT, section.transient)]
+    return max(parts, key=lambda part: part[1])
 
 
 def _rounded(section: IntegrateSection, block: int, batch_blocks: int) -> Clock:

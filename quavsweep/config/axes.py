@@ -1,0 +1,125 @@
+"""The axes of a sweep: what their keys must fulfil together, and the grid that they span."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from quavsweep.config.place import Keys, Place
+from quavsweep.config.schema import AxisSection, Config
+from quavsweep.grid import Axis, Grid
+from quavsweep.models import Model
+
+MAX_CELLS = 10**12
+EITHER = "an axis is {start, stop, num} or {values}"
+
+
+def make_grid(config: Config, place: Place) -> Grid:
+    """Return the grid; sizes are checked before anything is allocated.
+
+    Raises
+    ------
+    ConfigError
+        For an axis whose keys do not fit together.
+    """
+    for name, section in config.axes.items():
+        _check_keys(("axes", name), section, place)
+        _check_ends(("axes", name), section, place)
+        _check_list(("axes", name), section, place)
+    _check_size(config, place)
+    with np.errstate(over="ignore", invalid="ignore"):
+        grid = Grid(tuple(Axis(name, section.points()) for name, section in config.axes.items()))
+    for axis in grid.axes:
+        _check_points(axis, config.axes[axis.name], place)
+    return grid
+
+
+def _check_keys(axis: Keys, section: AxisSection, place: Place) -> None:
+    """Refuse an axis that has too few or too many keys."""
+    spaced = [(*axis, key) for key in ("start", "stop", "num") if getattr(section, key) is not None]
+    values = (*axis, "values")
+    if section.values is not None and spaced:
+        first = min([*spaced, values], key=place.line)
+        named = " and ".join(place.other(key, first) for key in (spaced if first == values else [values]))
+        raise place.error(first, f"cannot stand beside {named}", EITHER)
+    missing = [(*axis, key) for key in ("start", "stop", "num") if (*axis, key) not in spaced]
+    if section.values is None and missing:
+        first, *others = missing if spaced else [values, *missing]
+        named = "".join(f", so is {place.other(key, first)}" for key in others)
+        raise place.error(first, f"{'has no value' if place.has(first) else 'is missing'}{named}", EITHER)
+
+
+def _check_ends(axis: Keys, section: AxisSection, place: Place) -> None:
+    """Refuse ends that span nothing, and a logarithmic axis that touches zero."""
+    start, stop, spacing = ((*axis, key) for key in ("start", "stop", "spacing"))
+    if section.ends is None:
+        return
+    if section.start == section.stop and section.num != 1:
+        what = f"{section.start:g} is also the value of {place.other(stop, start)}"
+        raise place.error(start, what, "one value needs num: 1 or values")
+    for key, value in ((start, section.start), (stop, section.stop)):
+        if section.spacing == "log" and value is not None and value <= 0:
+            what = f"{value:g} cannot be on a logarithmic axis, {place.other(spacing, key)}"
+            raise place.error(key, what, "it must be above 0")
+
+
+def _check_list(axis: Keys, section: AxisSection, place: Place) -> None:
+    """Refuse a value that is given twice."""
+    first: dict[float, int] = {}
+    for i, value in enumerate(section.values or ()):
+        if first.setdefault(value, i) != i:
+            keys, earlier = (*axis, "values", i), (*axis, "values", first[value])
+            raise place.error(keys, f"{value:g} is given twice; it is {place.other(earlier, keys)} already")
+
+
+def _check_size(config: Config, place: Place) -> None:
+    """Refuse more cells than an index can count."""
+    lengths = {name: section.num or len(section.values or ()) for name, section in config.axes.items()}
+    size = math.prod(lengths.values())
+    if size <= MAX_CELLS:
+        return
+    keys = [("axes", name, "num" if config.axes[name].num else "values") for name in lengths]
+    first, *others = sorted(keys, key=lambda key: -lengths[key[1]])
+    named = " and ".join(place.other(key, first) for key in others)
+    what = f"{lengths[first[1]]} values, with {named}, make {size:.3g} cells; that is too many"
+    raise place.error(first, what, f"at most {MAX_CELLS:.0e}")
+
+
+def _check_points(axis: Axis, section: AxisSection, place: Place) -> None:
+    """Refuse ends between which so many different numbers do not exist."""
+    if np.isfinite(axis.values).all() and len(set(axis.values)) == len(axis):
+        return
+    start, stop, num = (("axes", axis.name, key) for key in ("start", "stop", "num"))
+    named = f"{place.other(start, stop)} and {place.other(num, stop)}"
+    raise place.error(stop, f"{section.stop!r}, with {named}, gives values that are not all different and finite")
+
+
+def check_domains(model: Model, fixed: Mapping[str, float], config: Config, grid: Grid, place: Place) -> None:
+    """Refuse parameters outside the domain in which the model makes sense.
+
+    Raises
+    ------
+    ConfigError
+        For the first of them.
+    """
+    varied = {axis.name: np.asarray(axis.values) for axis in grid.axes}
+    for parameter in model.parameters:
+        values = varied.get(parameter.name, np.array([fixed.get(parameter.name, parameter.default)]))
+        outside = np.flatnonzero(~np.asarray(parameter.admits(values)))
+        if outside.size:
+            keys, value = _origin(parameter.name, int(outside[0]), config, float(values[outside[0]]))
+            what = f"{value:g} {parameter.unit} is outside the domain".replace(" 1 is", " is")
+            raise place.error(keys, what, f"it must be {parameter.domain}")
+
+
+def _origin(name: str, index: int, config: Config, value: float) -> tuple[Keys, Any]:
+    """Return the key that makes a parameter's value what it is, and what it says."""
+    section = config.axes.get(name)
+    if section is None:
+        return ("parameters", name), value
+    if section.values is not None:
+        return ("axes", name, "values", index), value
+    return (("axes", name, "start"), value) if index == 0 else (("axes", name, "stop"), section.stop)
