@@ -48,8 +48,10 @@ def _check_keys(axis: Keys, section: AxisSection, place: Place) -> None:
     missing = [(*axis, key) for key in ("start", "stop", "num") if (*axis, key) not in spaced]
     if section.values is None and missing:
         first, *others = missing if spaced else [values, *missing]
-        named = "".join(f", so is {place.other(key, first)}" for key in others)
-        raise place.error(first, f"{'has no value' if place.has(first) else 'is missing'}{named}", EITHER)
+        too = f", and so {'is' if len(others) == 1 else 'are'} {', '.join(str(key[-1]) for key in others)}" * bool(
+            others
+        )
+        raise place.error(first, f"is missing{too}", EITHER)
 
 
 def _check_ends(axis: Keys, section: AxisSection, place: Place) -> None:

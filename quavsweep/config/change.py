@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from quavsweep.config.document import MAX_BYTES, Document, read_document
-from quavsweep.config.place import Keys, Spot, escaped
+from quavsweep.config.document import MAX_BYTES, read_document
+from quavsweep.config.place import Document, Keys, Spot, escaped
 from quavsweep.errors import ConfigError
 
 POSSIBLE = "KEY=VALUE, e.g. axes.c.num=101; KEY= removes the key"

@@ -11,9 +11,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from quavsweep.config.document import Document
 from quavsweep.config.expected import accepted, description, kind_of, section_keys
-from quavsweep.config.place import Keys, escaped, quoted
+from quavsweep.config.place import Document, Keys, dotted, escaped, quoted
+from quavsweep.config.schema import Config
+from quavsweep.config.syntax import UnreadableError
 from quavsweep.errors import ConfigError
 
 
@@ -29,11 +30,40 @@ class Complaint:
 
 def first_error(error: ValidationError, document: Document) -> ConfigError:
     """Return the error that comes first in the text, in words."""
-    place = document.place
+    first = _complaints(error, document)[0]
+    return document.place.error(first.keys, first.what, first.possible)
+
+
+def explained(error: UnreadableError) -> ConfigError:
+    """Return the error of a text that is not YAML, with what is wrong already with what was read of it.
+
+    A bracket that is closed too early or too late puts keys where they do not belong.
+    """
+    document = error.document
+    last = next(reversed(document.spots), ())
+    unread = {error.keys} if document.words.get(last) else {error.keys, last}
+    try:
+        Config.model_validate(document.tree)
+    except ValidationError as invalid:
+        found = [c for c in _complaints(invalid, document) if c.keys not in unread and not c.absence]
+    else:
+        found = []
+    if not found:
+        return error
+    first = found[0]
+    cause = document.before(first.keys) if first.what.startswith("unknown key") else first.keys
+    possible = f"the cause may be {document.place.other(cause, error.keys)}: {dotted(first.keys)} {first.what}"
+    return ConfigError(error.what, error.where, possible)
+
+
+def _complaints(error: ValidationError, document: Document) -> list[Complaint]:
+    """Return all that is wrong, in the order of the text.
+
+    A misspelt key makes another one missing, which comes last: the misspelt one is what the user has to see.
+    """
+    order = {keys: i for i, keys in enumerate(document.spots)}
     found = [_complaint(item, document) for item in error.errors(include_url=False)]
-    # A misspelt key makes another one missing; the misspelt one is what the user has to see.
-    first = min(found, key=lambda c: (c.absence, place.line(c.keys)))
-    return place.error(first.keys, first.what, first.possible)
+    return sorted(found, key=lambda c: (c.absence, max(order.get(c.keys[:n], 0) for n in range(len(c.keys) + 1))))
 
 
 def _complaint(item: Any, document: Document) -> Complaint:
@@ -43,6 +73,10 @@ def _complaint(item: Any, document: Document) -> Complaint:
 
 
 def _unknown(keys: Keys, item: Any, document: Document) -> Complaint:
+    before = document.before(keys)
+    if str(keys[-1]).isdecimal() and before[:-1] == keys[:-1] and kind_of(before) is float:
+        given = f"{document.words.get(before)},{keys[-1]}"
+        return Complaint(before, f"{given} is not accepted", _possible(before, "decimals are written with a point"))
     possible = section_keys(keys[:-1])
     near = difflib.get_close_matches(str(keys[-1]), possible, 1)
     hint = f", did you mean {near[0]}?" if near else ""

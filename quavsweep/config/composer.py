@@ -17,9 +17,9 @@ from ruamel.yaml.events import (
     ScalarEvent,
 )
 
-from quavsweep.config.place import Keys, Place, Spot
+from quavsweep.config.place import Document, Keys, Place, Spot
 from quavsweep.config.scalar import scalar
-from quavsweep.config.unprintable import Unprintable
+from quavsweep.config.unprintable import SUBSTITUTE, Unprintable
 
 MAX_DEPTH = 20
 MAX_SCALAR = 1000  # characters; integers of more than 4300 digits cannot even be read
@@ -52,10 +52,8 @@ class Composer:
     """
 
     def __init__(self, start: Spot, root: Keys = (), unprintable: Unprintable | None = None) -> None:
-        self.start, self.root, self.unprintable = start, root, unprintable
-        self.tree: Any = None
-        self.spots: dict[Keys, Spot] = {}
-        self.words: dict[Keys, str] = {}
+        self.document = Document(start)
+        self.root, self.unprintable = root, unprintable
         self.levels: list[Level] = []
         self.documents = 0
 
@@ -68,12 +66,18 @@ class Composer:
 
     def refuse(self, keys: Keys, what: str, possible: str = "") -> NoReturn:
         """Raise the error that names these keys."""
-        raise Place(self.start, self.spots).error(keys, what, possible)
+        raise self.document.place.error(keys, what, possible)
+
+    def _refuse_unprintable(self, keys: Keys, unprintable: Unprintable) -> NoReturn:
+        """Raise the error that names these keys, without the substitute that one of them may hold."""
+        clean = tuple(_readable(key) if isinstance(key, str) else key for key in keys)
+        self.document.spots |= {clean: self.document.place.spot(keys)} if clean else {}
+        self.refuse(clean, unprintable.what)
 
     def feed(self, event: Event) -> None:
         """Take the next event."""
         if self.unprintable and event.start_mark.index > self.unprintable.index:
-            self.refuse(self.keys, self.unprintable.what)
+            self._refuse_unprintable(self.keys, self.unprintable)
         if isinstance(event, DocumentStartEvent):
             self._begin(event)
         elif isinstance(event, CollectionEndEvent):
@@ -87,7 +91,7 @@ class Composer:
 
     def _begin(self, event: DocumentStartEvent) -> None:
         self.documents += 1
-        spot = self.start.at(event.start_mark.line + 1)
+        spot = self.document.start.at(event.start_mark.line + 1)
         if event.version not in (None, (1, 2)):
             raise Place(spot, {}).error((), "is not YAML 1.2")
         if self.documents > 1:
@@ -95,11 +99,12 @@ class Composer:
 
     def _take_key(self, level: Level, event: NodeEvent) -> None:
         if not isinstance(event, ScalarEvent):
-            self._check_node(self.keys, event)
-            self.refuse(self.keys, "a key is a list or a mapping", "keys are words")
+            self.document.spots[level.keys] = self.document.start.at(event.start_mark.line + 1)
+            self._check_node(level.keys, event)
+            self.refuse(level.keys, "a key here is a list or a mapping", "keys are words")
         keys = (*level.keys, event.value)
-        earlier = self.spots.get(keys)
-        self.spots[keys] = self.start.at(event.start_mark.line + 1)
+        earlier = self.document.spots.get(keys)
+        self.document.spots[keys] = self.document.start.at(event.start_mark.line + 1)
         level.last, level.waiting = keys, True
         self._check_node(keys, event)
         if event.value in level.node:
@@ -117,11 +122,11 @@ class Composer:
         if isinstance(event, ScalarEvent):
             value = scalar(event.value) if event.implicit[0] else event.value
             if event.implicit[0]:
-                self.words[keys] = event.value
+                self.document.words[keys] = event.value
         else:
             value = {} if isinstance(event, MappingStartEvent) else []
         if level is None:
-            self.tree = value
+            self.document.tree = value
         elif isinstance(level.node, list):
             level.node.append(value)
         else:
@@ -133,7 +138,7 @@ class Composer:
     def _key_of_value(self, level: Level, event: NodeEvent) -> Keys:
         if isinstance(level.node, list):
             keys = (*level.keys, len(level.node))
-            self.spots[keys] = self.start.at(event.start_mark.line + 1)
+            self.document.spots[keys] = self.document.start.at(event.start_mark.line + 1)
             level.last = keys
             return keys
         level.waiting = False
@@ -143,7 +148,7 @@ class Composer:
     def _check_node(self, keys: Keys, event: NodeEvent) -> None:
         """Refuse tags, anchors, aliases, endless scalars, depth, and what cannot be printed."""
         if self.unprintable and self.unprintable.index < event.end_mark.index:
-            self.refuse(keys, self.unprintable.what)
+            self._refuse_unprintable(keys, self.unprintable)
         if isinstance(event, AliasEvent) or event.anchor is not None:
             self.refuse(keys, "anchors and aliases are not allowed", "write the value out")
         if isinstance(event, ScalarEvent | CollectionStartEvent) and event.tag is not None:
@@ -154,3 +159,8 @@ class Composer:
         if len(self.levels) + len(self.root) >= MAX_DEPTH and isinstance(event, CollectionStartEvent):
             named = tuple(takewhile(lambda key: isinstance(key, str), keys))
             self.refuse(named, f"nested deeper than {MAX_DEPTH}")
+
+
+def _readable(key: str) -> str:
+    """Return the word in a key that holds a substitute for what cannot be printed."""
+    return key.replace(SUBSTITUTE, "").split(":")[0].strip(" \"'") if SUBSTITUTE in key else key

@@ -4,33 +4,17 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError
 
 from quavsweep.config.composer import Composer
-from quavsweep.config.place import Keys, Place, Spot
+from quavsweep.config.place import Document, Keys, Spot
 from quavsweep.config.syntax import events, syntax_error
 from quavsweep.config.unprintable import decoded, printable
 
 MAX_BYTES = 2**20
-
-
-@dataclass
-class Document:
-    """A text as a tree of plain values, the place of each key, and the words that were written without quotes."""
-
-    tree: Any
-    start: Spot
-    spots: dict[Keys, Spot]
-    words: dict[Keys, str]
-
-    @property
-    def place(self) -> Place:
-        """What finds the place of a key."""
-        return Place(self.start, self.spots)
 
 
 def read_document(text: str | bytes, start: Spot, root: Keys = ()) -> Document:
@@ -48,7 +32,7 @@ def read_document(text: str | bytes, start: Spot, root: Keys = ()) -> Document:
             composer.feed(event)
     except MarkedYAMLError as error:
         raise syntax_error(error, clean, composer) from error
-    return Document(composer.tree, start, composer.spots, composer.words)
+    return composer.document
 
 
 def read_config(text: str | bytes, where: str) -> Document:

@@ -10,12 +10,13 @@ from pydantic import ValidationError
 
 from quavsweep.config.axes import check_domains, make_grid
 from quavsweep.config.change import apply_changes
-from quavsweep.config.complaint import first_error
+from quavsweep.config.complaint import explained, first_error
 from quavsweep.config.document import MAX_BYTES, read_config
 from quavsweep.config.place import Keys, Place, quoted
 from quavsweep.config.relation import broken_relations
 from quavsweep.config.schema import Config
 from quavsweep.config.sweep import Sweep
+from quavsweep.config.syntax import UnreadableError
 from quavsweep.config.times import choose_clock, rounding
 from quavsweep.errors import ConfigError, ModelError
 from quavsweep.models import NAMES, Model, load_model
@@ -48,7 +49,10 @@ def parse_sweep(text: str | bytes, where: str = "config", changes: Sequence[str]
     ConfigError
         See `load_sweep`.
     """
-    document = read_config(text, where)
+    try:
+        document = read_config(text, where)
+    except UnreadableError as error:
+        raise explained(error) from error
     apply_changes(document, changes)
     try:
         config = Config.model_validate(document.tree)

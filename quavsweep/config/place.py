@@ -1,9 +1,9 @@
-"""Where a key was written, and the error that names it."""
+"""What was read, where each key was written, and the error that names it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from quavsweep.errors import ConfigError
 
@@ -27,6 +27,27 @@ class Spot:
         return Spot(self.where, line) if self.line else self
 
 
+@dataclass
+class Document:
+    """A text as a tree of plain values, the place of each key, and the words that were written without quotes."""
+
+    start: Spot
+    tree: Any = None
+    spots: dict[Keys, Spot] = field(default_factory=dict)
+    words: dict[Keys, str] = field(default_factory=dict)
+
+    @property
+    def place(self) -> Place:
+        """What finds the place of a key."""
+        return Place(self.start, self.spots)
+
+    def before(self, keys: Keys) -> Keys:
+        """Return the key that was written before another one."""
+        known = list(self.spots)
+        at = known.index(keys) if keys in self.spots else 0
+        return known[at - 1] if at else ()
+
+
 class Place:
     """Knows where each key was written.
 
@@ -34,11 +55,11 @@ class Place:
     ----------
     start : Spot
         The place of what has no key.
-    spots : mapping from keys to Spot
+    spots : dict from keys to Spot
         The places of the keys; a list's items have their index, from 0, as the last key.
     """
 
-    def __init__(self, start: Spot, spots: Mapping[Keys, Spot]) -> None:
+    def __init__(self, start: Spot, spots: dict[Keys, Spot]) -> None:
         self.start, self.spots = start, spots
 
     def has(self, keys: Keys) -> bool:
@@ -47,7 +68,7 @@ class Place:
 
     def spot(self, keys: Keys) -> Spot:
         """Return the place of the innermost of these keys that was written."""
-        lengths = range(len(keys), 0, -1)
+        lengths = range(len(keys), -1, -1)
         return next((self.spots[keys[:n]] for n in lengths if keys[:n] in self.spots), self.start)
 
     def line(self, keys: Keys) -> int:

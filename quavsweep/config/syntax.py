@@ -11,27 +11,36 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import CollectionEndEvent, Event
 from ruamel.yaml.scanner import ScannerError
 
-from quavsweep.config.composer import Composer, Level
-from quavsweep.config.place import Keys, Place
+from quavsweep.config.composer import Composer
+from quavsweep.config.place import Document, Keys, Place
 from quavsweep.errors import ConfigError
 
-WORD = re.compile(r"[\t ]*([\w.-]+)")
+WORD = re.compile(r"[\t ]*([\"']?)([\w.-]+)\1")
 KEY = re.compile(WORD.pattern + r"[\t ]*:(?=\s|$)")
 
 SENTENCES = (
-    ("could not find expected ':'", "has no ':' after it"),
+    ("could not find expected ':'", "has no ': ' after it"),
     ("found unexpected end of stream", "its quotation mark is not closed"),
     ("found unexpected document separator", "its quotation mark is not closed"),
     ("found character '\\t'", "a tab stands where only spaces may; use spaces"),
     ("cannot start any token", "{found} cannot begin a value; put the value in quotes"),
     ("mapping values are not allowed", "a second ':' is not allowed here"),
-    ("sequence entries are not allowed", "a list cannot begin here; write [a, b] or begin it on a line of its own"),
+    ("sequence entries are not allowed", "a list cannot begin here; write [a, b]"),
     ("expected <block end>, but found '<block mapping start>'", "is not indented like its neighbours"),
-    ("expected <block end>", "does not belong to what stands before it; mind the indentation"),
+    ("expected <block end>", "{found} does not belong here; mind brackets and indentation"),
+    ("expected '<document start>'", "{found} does not belong here; mind brackets and indentation"),
     ("expected the node content", "a value is expected, not {found}"),
     ("found unknown escape character", "{found} is not known after a \\; single quotes take a \\ as it is"),
     ("found undefined tag handle", "tags are not allowed"),
 )
+
+
+class UnreadableError(ConfigError):
+    """A text that is not YAML; carries what was read before, and the keys that are named."""
+
+    def __init__(self, error: ConfigError, document: Document, keys: Keys) -> None:
+        super().__init__(error.what, error.where, error.possible)
+        self.document, self.keys = document, keys
 
 
 def events(text: str) -> Iterator[Event]:
@@ -55,17 +64,17 @@ def events(text: str) -> Iterator[Event]:
 def syntax_error(error: MarkedYAMLError, text: str, composer: Composer) -> ConfigError:
     """Return the error in words; the composer is the one that had read the text when the parser gave up."""
     unprintable = composer.unprintable
-    mark = _begin(error)
-    index = len(text) if mark is None else mark.index
+    piece = _begin(error)
+    index = len(text) if piece is None else piece.index
     if unprintable and unprintable.index <= index:
         before = read_until(text, unprintable.index, composer)
-        return Place(composer.start, before.spots).error(before.keys, unprintable.what)
-    return _Suspect(error, text, read_until(text, index, composer)).error()
+        return before.document.place.error(before.keys, unprintable.what)
+    return Suspect(error, text, read_until(text, index, composer)).error()
 
 
 def read_until(text: str, index: int, composer: Composer) -> Composer:
     """Return what a composer knows before an index of the text: open mappings and lists stay open."""
-    before = Composer(composer.start, composer.root)
+    before = Composer(composer.document.start, composer.root)
     try:
         for event in events(text[:index]):
             if isinstance(event, CollectionEndEvent) and event.start_mark.index >= index:
@@ -83,7 +92,7 @@ def _begin(error: MarkedYAMLError) -> Any:
     return error.problem_mark or error.context_mark
 
 
-class _Suspect:
+class Suspect:
     """The key that is probably to blame for an error of the parser.
 
     Parameters
@@ -100,6 +109,7 @@ class _Suspect:
         self.problem = " ".join((error.problem or "cannot be parsed").split())
         self.context, self.text, self.before = error.context_mark, text, before
         self.mark, self.piece = error.problem_mark or error.context_mark, _begin(error)
+        self.place = before.document.place
 
     def error(self) -> ConfigError:
         """Return the error that names it."""
@@ -110,14 +120,14 @@ class _Suspect:
         """A bracket that is not closed before something on a later line."""
         begins = self.context.index if self.context else -1
         level = next((level for level in self.before.levels if level.index == begins and level.flow), None)
-        if level is None or self.mark.line + 1 == self.before.spots.get(self.before.keys, self.before.start).line:
+        last = self.before.keys
+        if level is None or self.mark.line + 1 == self.place.line(last):
             return None
-        place = Place(self.before.start, self.before.spots)
-        close = "}" if isinstance(level.node, dict) else "]"
-        what = f"its {'{' if close == '}' else '['} is not closed by {close}{self._where(place, level.keys)}"
-        if self.before.keys != level.keys:
-            what += f"; the last key read is {place.other(self.before.keys, level.keys)}"
-        return place.error(level.keys, what)
+        brackets = "{}" if isinstance(level.node, dict) else "[]"
+        what = f"its {brackets[0]} is not closed by {brackets[1]}{self._where(level.keys)}"
+        if last != level.keys:
+            what += f"; the last key read is {self.place.other(last, level.keys)}"
+        return self._unreadable(level.keys, what)
 
     def _continued(self) -> ConfigError | None:
         """A ':' in what seems to continue the line before: that one lacks a ':', or this one is indented too far."""
@@ -125,16 +135,14 @@ class _Suspect:
             return None
         lines = self.text.splitlines()
         here = KEY.match(lines[self.mark.line])
-        if here is None or here.end() - 1 != self.mark.column:
-            return None
         above = next((n for n in range(self.mark.line - 1, -1, -1) if _content(lines[n])), None)
-        if above is None:
+        if here is None or here.end() - 1 != self.mark.column or above is None:
             return None
         word = WORD.match(lines[above])
-        if word and ":" not in _content(lines[above]):
-            return self._named(word.group(1), above, self.before.keys, "has no ':' after it")
-        keys = self.before.levels[-1].keys if self.before.levels else self.before.root
-        return self._named(here.group(1), self.mark.line, keys, "is indented further than the key before it")
+        if word and not KEY.match(lines[above]):
+            return self._named(word.group(2), above, self.before.keys, "has no ': ' after it")
+        section = self.before.levels[-1].keys if self.before.levels else self.before.root
+        return self._named(here.group(2), self.mark.line, section, "is indented further than", self.before.keys)
 
     def _at_key(self) -> ConfigError | None:
         """A key that begins where the parser failed."""
@@ -145,40 +153,54 @@ class _Suspect:
         word = (WORD if colon_missing else KEY).match(self.text, self.piece.index)
         if word is None:
             return None
-        return self._named(word.group(1), self.piece.line, self._section(self.piece.column).keys, self._sentence())
+        section, neighbour = self._section(self.piece.column)
+        if "<block mapping start>" in self.problem:
+            return self._named(word.group(2), self.piece.line, section, "is not indented like", neighbour)
+        return self._named(word.group(2), self.piece.line, section, self._sentence())
 
     def _innermost(self) -> ConfigError:
-        """The key that was being read."""
-        keys, place = self.before.keys, Place(self.before.start, self.before.spots)
+        """The key that was being read; after a bracket that closes too much, the key before that bracket."""
+        keys = self.before.keys
+        document = self.before.document
+        if self.piece is not None and self.text[: self.piece.index].rstrip()[-1:] in ("}", "]") and document.spots:
+            keys = list(document.spots)[-1]
         if not keys and self.mark is not None:
-            place = Place(self.before.start.at(self.mark.line + 1), {})
-        return place.error(keys, self._sentence() + self._where(place, keys))
+            document = Document(document.start.at(self.mark.line + 1))
+        error = document.place.error(keys, self._sentence() + self._where(keys))
+        return UnreadableError(error, self.before.document, keys)
 
-    def _named(self, word: str, line: int, section: Keys, what: str) -> ConfigError:
-        """Return the error of a key that the parser has not accepted as one."""
+    def _named(self, word: str, line: int, section: Keys, what: str, beside: Keys = ()) -> ConfigError:
+        """Return the error of a key that the parser has not accepted as one; it may be compared with another."""
         keys = (*section, word)
-        spots = self.before.spots | {keys: self.before.start.at(line + 1)}
-        return Place(self.before.start, spots).error(keys, what)
+        place = Place(self.place.start, self.place.spots | {keys: self.place.start.at(line + 1)})
+        compared = f" {place.other(beside, keys)}" if beside else ""
+        return UnreadableError(place.error(keys, what + compared), self.before.document, keys)
 
-    def _section(self, column: int) -> Level:
-        """Return the mapping to which a key in this column belongs."""
-        open_levels = [level for level in self.before.levels if isinstance(level.node, dict)]
+    def _unreadable(self, keys: Keys, what: str) -> ConfigError:
+        """Return the error of a key that the parser has accepted."""
+        return UnreadableError(self.place.error(keys, what), self.before.document, keys)
+
+    def _section(self, column: int) -> tuple[Keys, Keys]:
+        """Return the mapping to which a key in this column belongs, and the key that is indented a little more."""
+        levels = [level for level in self.before.levels if isinstance(level.node, dict)]
         if "\\t" in self.problem:
-            return open_levels[-1] if open_levels else Level(self.before.root, {}, 0, 0, flow=False)
-        fitting = [level for level in open_levels if level.flow or level.column <= column]
-        return fitting[-1] if fitting else Level(self.before.root, {}, 0, 0, flow=False)
+            return (levels[-1].keys if levels else self.before.root), ()
+        fitting = [level for level in levels if level.flow or level.column <= column]
+        deeper = [level.last for level in levels if level not in fitting and level.last]
+        return (fitting[-1].keys if fitting else self.before.root), (deeper[0] if deeper else self.before.keys)
 
-    def _where(self, place: Place, keys: Keys) -> str:
+    def _where(self, keys: Keys) -> str:
         """Return the line where the parser failed, if it is not the key's."""
         line = self.mark.line + 1 if self.mark is not None else 0
-        return f" before line {line}" if place.line(keys) not in (0, line) and line else ""
+        return f" before line {line}" if keys and self.place.line(keys) not in (0, line) and line else ""
 
     def _sentence(self) -> str:
         """Return the parser's problem in words."""
-        found = re.search(r"'(?:\\.|[^'\\])+'$|(?<=found character )'.+?'(?= that)", self.problem)
+        found = re.search(r"(?<=found character )'.+?'(?= that)|'[^']+'\W*$", self.problem)
+        shown = found.group().rstrip(",)").replace("<stream end>", "the end of the text") if found else "what follows"
         for problem, sentence in SENTENCES:
             if problem in self.problem:
-                return sentence.format(found=found.group() if found else "this")
+                return sentence.format(found=shown)
         return self.problem
 
 
