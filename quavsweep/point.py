@@ -102,7 +102,7 @@ def _orbit(single: Sweep, steps: int, stopped: Callable[[], bool]) -> tuple[np.n
 
 def _single(sweep: Sweep, values: Mapping[str, float]) -> tuple[Sweep, tuple[int, ...] | None]:
     """Return the sweep of one cell, and where it lies in the grid."""
-    model, chosen, indices = sweep.model, dict(values), []
+    chosen, indices = dict(values), []
     names = [axis.name for axis in sweep.grid.axes]
     for axis in sweep.grid.axes:
         if axis.name not in values:
@@ -116,13 +116,7 @@ def _single(sweep: Sweep, values: Mapping[str, float]) -> tuple[Sweep, tuple[int
         _check(sweep, name, value)
     fixed = {**sweep.parameters, **sweep.config.initial}
     on_grid = len(indices) == len(names) and all(fixed.get(n, v) == v for n, v in chosen.items() if n not in names)
-    parameters = {n: chosen.get(n, sweep.parameters.get(n, 0.0)) for n in model.parameter_names}
-    initial = {n: chosen.get(n, sweep.config.initial.get(n, 0.0)) for n in model.state_names}
-    update = {"axes": {}, "initial": initial, "parameters": parameters}
-    single = dataclasses.replace(
-        sweep, config=sweep.config.model_copy(update=update), grid=Grid(()), parameters=parameters
-    )
-    return single, tuple(indices) if on_grid else None
+    return sweep.with_fixed(chosen, Grid(())), tuple(indices) if on_grid else None
 
 
 def _check(sweep: Sweep, name: str, value: float) -> None:

@@ -106,14 +106,19 @@ class Identity:
         Of everything else that changes its bits.
     stage : str
         First and last step that the shards cover.
-    result : str
-        Of the result: evidence, toolchain, stages, thresholds and the rules that use them.
+    rules : str
+        Of the thresholds and of the code that uses them.
     """
 
     evidence: str
     toolchain: str
     stage: str
-    result: str
+    rules: str
+
+    @property
+    def result(self) -> str:
+        """Identity of the result: of evidence, toolchain, stages and rules."""
+        return digest([self.evidence, self.toolchain, [self.stage], self.rules])
 
     @property
     def owner(self) -> str:
@@ -125,7 +130,7 @@ def identify(sweep: Sweep) -> Identity:
     """Return the identity of a sweep on this machine."""
     evidence, tools, stage = digest(evidence_parts(sweep)), digest(toolchain()), f"0-{sweep.clock.steps}"
     rules = [sweep.config.classify.model_dump(), *(syntax_digest(name) for name in RESULT_MODULES)]
-    return Identity(evidence, tools, stage, digest([evidence, tools, [stage], rules]))
+    return Identity(evidence, tools, stage, digest(rules))
 
 
 def changed_keys(old: dict[str, Any], new: dict[str, Any]) -> list[str]:

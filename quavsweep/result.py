@@ -12,6 +12,7 @@ import numpy as np
 from quavsweep.codes import Status
 from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
 from quavsweep.errors import ConfigError
+from quavsweep.grid import Grid
 from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet, Stored, looks_published, outcome_in_memory, read_result
 
@@ -48,9 +49,42 @@ class Result:
         return f"<quavsweep.Result of {self.sweep.model.name}, {shape}>"
 
     @property
+    def variables(self) -> tuple[str, ...]:
+        """Names of the variables, without coordinates."""
+        return tuple(name for name, dims in self.stored.dims.items() if name not in dims)
+
+    @property
     def complete(self) -> bool:
         """Whether every cell has been computed."""
         return not bool((self["status"] == Status.NOT_COMPUTED).any())
+
+    def at(self, **values: float) -> Result:
+        """Return the result with these axes left out, at their values nearest to those given.
+
+        Raises
+        ------
+        ConfigError
+            If there is no such axis, or a value lies beyond its ends.
+        """
+        names = [axis.name for axis in self.sweep.grid.axes]
+        index: dict[str, int] = {}
+        for name, value in values.items():
+            if name not in names:
+                raise ConfigError(f"there is no axis {name}", possible=f"the axes are {', '.join(names) or 'none'}")
+            along = np.asarray(self.sweep.grid.axes[names.index(name)].values)
+            if not along.min() <= value <= along.max():
+                raise ConfigError(f"{name} has no value {value:g}", possible=f"{along.min():g} to {along.max():g}")
+            index[name] = int(np.argmin(np.abs(along - value)))
+        data, dims = {}, {}
+        for variable, array in self.stored.data.items():
+            if variable not in index:
+                picked = tuple(index.get(dim, slice(None)) for dim in self.stored.dims[variable])
+                data[variable] = np.asarray(array[picked])
+                dims[variable] = tuple(dim for dim in self.stored.dims[variable] if dim not in index)
+        axes = tuple(axis for axis in self.sweep.grid.axes if axis.name not in index)
+        chosen = {n: float(self.sweep.grid.axes[names.index(n)].values[i]) for n, i in index.items()}
+        sweep = self.sweep.with_fixed(chosen, Grid(axes))
+        return Result(sweep, Stored(data, dims, self.stored.attributes, self.stored.file_attributes))
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the result as an xarray Dataset (needs the extra `xarray`)."""
@@ -81,11 +115,10 @@ def open_result(path: Path | str) -> Result:
     folder = RunFolder(path)
     if folder.result.is_file():
         return _from_file(folder.result)
-    if not folder.config.is_file():
-        raise ConfigError("is neither a result file nor the folder of a run", str(path))
+    folder.must_exist()
     sweep = load_sweep(folder.config)
     identity = folder.present_identity(identify(sweep))
-    return Result(sweep, outcome_in_memory(sweep, identity, ShardSet.scan(folder, sweep, identity, 1)))
+    return Result(sweep, outcome_in_memory(ShardSet.scan(folder, sweep, identity, 1)))
 
 
 def _from_file(path: Path) -> Result:

@@ -6,52 +6,35 @@ import contextlib
 import random
 import threading
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from quavsweep.codes import Status
+from quavsweep.classify import classify
+from quavsweep.codes import REGION, Status
 from quavsweep.config import Sweep, dump_config, load_sweep
-from quavsweep.errors import ConfigError, DamageError, IdentityError, StoppedError, TilesFailedError
+from quavsweep.errors import ConfigError, DamageError, StoppedError, TilesFailedError
 from quavsweep.executor import run_tiles
 from quavsweep.grid import Tile
 from quavsweep.integrate import Plan, integrate_tile, make_plan
 from quavsweep.kernels.compiler import default_lanes
-from quavsweep.provenance import Identity, changed_keys, evidence_parts, identify, machine, toolchain
-from quavsweep.store import RunFolder, ShardSet, read_result, write_outcome, write_shard
+from quavsweep.progress import Progress
+from quavsweep.provenance import evidence_parts, identify, machine, toolchain
+from quavsweep.store import RunFolder, Shard, ShardSet, check_folder, read_result, write_outcome, write_shard
+from quavsweep.tiling import choose_tile_cells, spread
 
-TILE_SECONDS = 2.0  # estimated time of a tile: what a kill can lose, against overhead
-FEWEST_TILES = 32  # so that workers end together
-TILE_MULTIPLE = 32  # whole groups of lanes
-LARGEST_TILE = 65536
-LARGEST_TILE_BYTES = 2**27  # of evidence
+Observer = Callable[[Progress], None]
 
 
-@dataclass
-class Progress:
-    """How far a run is; updated in place and handed to the observer after each receipt."""
+@dataclass(frozen=True)
+class Done:
+    """What a worker reports of a tile: its shard, and a few numbers for those who watch."""
 
-    tiles: int
-    cells: int
-    tiles_done: int = 0
-    cells_done: int = 0
-    cells_run: int = 0
-    failed: int = 0
-    started: float = field(default_factory=time.monotonic)
-
-
-def choose_tile_cells(plan: Plan) -> int:
-    """Return the number of cells per tile from a static cost model, the same on every machine."""
-    cell_seconds = plan.clock.steps * plan.step_ns * 1e-9
-    size = plan.sweep.grid.size
-    wanted = min(
-        TILE_SECONDS / cell_seconds, size / FEWEST_TILES, LARGEST_TILE, LARGEST_TILE_BYTES / plan.sweep.cell_bytes
-    )
-    multiple = TILE_MULTIPLE if wanted >= TILE_MULTIPLE or plan.sweep.cell_bytes < 2**20 else 1
-    return max(1, round(wanted / multiple)) * multiple
+    shard: Shard
+    steps: int
+    regions: np.ndarray
 
 
 def run_sweep(
@@ -59,8 +42,10 @@ def run_sweep(
     out: Path | str | None = None,
     *,
     workers: int = 2,
-    observe: Callable[[Progress], None] = lambda progress: None,
+    observe: Observer = lambda progress: None,
     stop: threading.Event | None = None,
+    accept_toolchain: bool = False,
+    exclusive: bool = True,
     tile_cells: int | None = None,
     lanes: int | None = None,
     order_seed: int | None = None,
@@ -78,6 +63,10 @@ def run_sweep(
         Gets the progress after each tile.
     stop : threading.Event, optional
         Set it to stop the run; it can be resumed.
+    accept_toolchain : bool
+        Whether to start anew in a folder that holds the evidence of other versions of compilers or libraries.
+    exclusive : bool
+        Whether to lock the folder against other runs; two at a time do the same work twice, but no harm.
     tile_cells, lanes, order_seed : int, optional
         Force a layout or a random order of tiles; the result does not depend on them.
 
@@ -96,17 +85,22 @@ def run_sweep(
     """
     stop = stop or threading.Event()
     folder = RunFolder(Path(out) if out is not None else Path("results") / sweep.name)
-    with folder.lock():
+    with folder.lock(exclusive):
         plan = make_plan(sweep, lanes or default_lanes())
         identity = identify(sweep)
-        check_folder(folder, sweep, identity)
+        check_folder(folder, sweep, identity, accept_toolchain)
         record = {"started": time.time(), "evidence": evidence_parts(sweep), "toolchain": toolchain(), **machine()}
         folder.write_config(dump_config(sweep.canonical()))
         folder.write_record(record)
         shards = ShardSet.scan(folder, sweep, identity, tile_cells or choose_tile_cells(plan))
-        failed = _complete(plan, shards, workers, observe, stop, order_seed)
-        while not _consolidate(folder, sweep, identity, shards, failed, stop):
-            failed = _complete(plan, shards, workers, observe, stop, order_seed)
+        progress = Progress(shards.tiles, sweep.grid.size)
+
+        def watch() -> None:
+            observe(progress)
+
+        failed = _complete(plan, shards, workers, progress, watch, stop, order_seed)
+        while not _consolidate(folder, shards, failed, progress, watch, stop):
+            failed = _complete(plan, shards, workers, progress, watch, stop, order_seed)
         folder.write_record(record | {"ended": time.time(), "failed": failed})
     if failed:
         raise TilesFailedError(
@@ -117,79 +111,69 @@ def run_sweep(
     return folder.result
 
 
-def check_folder(folder: RunFolder, sweep: Sweep, identity: Identity) -> None:
-    """Refuse a folder that holds the evidence of another sweep, engine, model or toolchain.
+def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
+    """Label the cells of a run anew from its stored evidence, and return the path of the result.
+
+    Parameters
+    ----------
+    path : Path
+        Folder of the run, finished or not.
+    changes : sequence of str
+        Thresholds that differ from the folder's config, as `classify.errors=4`.
 
     Raises
     ------
-    IdentityError
-        With the difference, key by key.
+    ConfigError
+        If there is no run, or a change is not one of a threshold.
+    LockedError, DiskError
+        As `run_sweep`.
+    StoppedError
+        If tiles are missing; the others are in the result.
     """
-    present = folder.identities()
-    if not present and not folder.result.exists():
-        return
-    if not present or (identity.evidence, identity.toolchain, identity.stage) in present:
-        if folder.config.exists():
-            _check_config(folder, sweep)
-        return
-    _check_config(folder, sweep)
-    known = folder.read_record()
-    differences = changed_keys(known.get("evidence", {}), evidence_parts(sweep))
-    differences += changed_keys(known.get("toolchain", {}), toolchain())
-    raise IdentityError(
-        "holds evidence of another engine, model or toolchain",
-        str(folder.path),
-        f"{_listed(differences)}; choose another --out",
-    )
-
-
-def _listed(differences: list[str]) -> str:
-    """Return the first differences in a line."""
-    more = [f"and {len(differences) - 6} more"] if len(differences) > 6 else []
-    return "; ".join([*differences[:6], *more]) or "the difference is not known"
-
-
-def _check_config(folder: RunFolder, sweep: Sweep) -> None:
-    """Refuse a folder whose config differs in what changes a number."""
-    try:
-        stored = load_sweep(folder.config).canonical()
-    except ConfigError as error:
-        if not folder.config.exists():
-            return
-        raise IdentityError(
-            f"its config cannot be read ({error})", str(folder.path), "delete it to have it rebuilt"
-        ) from error
-    skipped = ("name", "classify")
-    differences = changed_keys(
-        {k: v for k, v in stored.items() if k not in skipped},
-        {k: v for k, v in sweep.canonical().items() if k not in skipped},
-    )
-    if differences:
-        raise IdentityError(
-            "holds a different sweep", str(folder.path), f"{_listed(differences)}; choose another --out"
+    folder = RunFolder(Path(path))
+    folder.must_exist()
+    with folder.lock():
+        before, sweep = load_sweep(folder.config).canonical(), load_sweep(folder.config, changes)
+        if any(sweep.canonical()[key] != value for key, value in before.items() if key != "classify"):
+            raise ConfigError(
+                "only thresholds can change here", possible="--set classify.KEY=VALUE; the rest needs run"
+            )
+        shards = ShardSet.scan(folder, sweep, folder.present_identity(identify(sweep)), 1)
+        folder.write_config(dump_config(sweep.canonical()))
+        while not _consolidate(folder, shards, {}, Progress(0, 0), lambda: None, threading.Event()):
+            pass
+    if missing := len(shards.missing()):
+        raise StoppedError(
+            f"{missing} of {shards.tiles} tiles are missing, their cells have no label",
+            str(folder.path),
+            "run the sweep to complete it",
         )
+    return folder.result
 
 
 def _complete(
     plan: Plan,
     shards: ShardSet,
     workers: int,
-    observe: Callable[[Progress], None],
+    progress: Progress,
+    watch: Callable[[], None],
     stop: threading.Event,
     order_seed: int | None,
 ) -> dict[int, str]:
     """Run the tiles that no shard covers; return the errors of those that raised."""
-    tiles = shards.missing()
-    done = shards.tiles - len(tiles)
-    cells = plan.sweep.grid.size
-    progress = Progress(shards.tiles, cells, done, cells - sum(len(tile) for tile in tiles))
-    observe(progress)
+    tiles = spread(shards.missing())
+    progress.stage = "integrating"
+    progress.tiles_done = shards.tiles - len(tiles)
+    progress.cells_done = progress.cells - sum(len(tile) for tile in tiles)
+    watch()
     if order_seed is not None:
         random.Random(order_seed).shuffle(tiles)
 
-    def work(tile: Tile) -> Any:
+    def work(tile: Tile) -> Done:
         evidence = integrate_tile(plan, tile, stop.is_set)
-        return write_shard(shards.folder, tile, shards.tile_cells, plan.variables, evidence, shards.identity.owner)
+        shard = write_shard(shards.folder, tile, shards.tile_cells, plan.variables, evidence, shards.identity.owner)
+        regions = np.bincount(classify(plan.sweep, evidence)["region"], minlength=len(REGION))
+        return Done(shard, int(evidence["steps"].sum()), regions)
 
     failed = {}
     try:
@@ -200,11 +184,9 @@ def _complete(
                 failed[receipt.tile.index] = receipt.trace
                 progress.failed += 1
             else:
-                shards.add(receipt.outcome)
-            progress.tiles_done += 1
-            progress.cells_done += len(receipt.tile)
-            progress.cells_run += len(receipt.tile)
-            observe(progress)
+                shards.add(receipt.outcome.shard)
+                progress.add(len(receipt.tile), receipt.outcome.steps, receipt.outcome.regions)
+            watch()
     except StoppedError:
         raise StoppedError(
             f"stopped with {progress.tiles_done} of {progress.tiles} tiles done",
@@ -215,10 +197,10 @@ def _complete(
 
 def _consolidate(
     folder: RunFolder,
-    sweep: Sweep,
-    identity: Identity,
     shards: ShardSet,
     failed: Mapping[int, str],
+    progress: Progress,
+    watch: Callable[[], None],
     stop: threading.Event,
 ) -> bool:
     """Write the result unless it is there; return False if shards turned out damaged and were set aside."""
@@ -226,10 +208,16 @@ def _consolidate(
         with contextlib.suppress(FileNotFoundError, DamageError):
             stored = read_result(folder.result)
             whole = not np.isin(stored.data["status"], (Status.NOT_COMPUTED, Status.FAILED)).any()
-            if whole and stored.file_attributes["result_id"] == identity.result:
+            if whole and stored.file_attributes["result_id"] == shards.identity.result:
                 return not shards.discard_damaged()
+    progress.stage = "writing the result"
+
+    def stopped() -> bool:
+        watch()
+        return stop.is_set()
+
     try:
-        write_outcome(folder.result, sweep, identity, shards, failed, stop.is_set)
+        write_outcome(folder.result, shards, failed, stopped)
     except DamageError:
         shards.discard_damaged()
         return False

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from quavsweep.config import load_sweep
-from quavsweep.errors import ConfigError, DamageError
+from quavsweep.errors import DamageError
 from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet, read_result
 
@@ -30,8 +30,7 @@ def verify_folder(path: Path) -> Verdict:
         If the folder is not that of a run.
     """
     folder = RunFolder(path)
-    if not folder.config.is_file():
-        raise ConfigError("is not the folder of a run", str(path), "it has no config.yaml")
+    folder.must_exist()
     sweep = load_sweep(folder.config)
     identity = folder.present_identity(identify(sweep))
     shards = ShardSet.scan(folder, sweep, identity, 1)

@@ -71,7 +71,8 @@ class Sweep:
     def with_fixed(self, values: Mapping[str, float], grid: Grid) -> Sweep:
         """Return the sweep over another grid, with parameters and initial states fixed at these values."""
         names = self.model.parameter_names
-        parameters = {n: values.get(n, self.parameters.get(n)) for n in names if n in values or n in self.parameters}
+        known = {**self.parameters, **values}
+        parameters = {name: known[name] for name in names if name in known}
         initial = {**self.config.initial, **{n: v for n, v in values.items() if n not in names}}
         axes = {axis.name: AxisSection(values=list(axis.values)) for axis in grid.axes}
         config = self.config.model_copy(update={"axes": axes, "initial": initial, "parameters": parameters})

@@ -37,7 +37,7 @@ BLOCK = 1  # steps per block where there is nothing to orthonormalise
 class Measures(BaseModel):
     """The measures of a sweep."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, defer_build=True)
 
     lyapunov: Lyapunov | None = Field(default=None, description="Lyapunov exponents with error bars")
     orbit: Orbit | None = Field(default=None, description="the state at even times")

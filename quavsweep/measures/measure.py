@@ -30,7 +30,7 @@ class Measure(BaseModel):
         Whether it must see the state after every step.
     """
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
     dense: ClassVar[bool] = False
 

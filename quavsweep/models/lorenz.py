@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from quavsweep.models.model import Model, Parameter, State
+from quavsweep.models.model import Example, Model, Parameter, State
 
 
 def rhs(x, y, z, sigma, rho, beta) -> tuple[Any, ...]:  # type: ignore[no-untyped-def]
@@ -28,4 +28,12 @@ MODEL = Model(
     symmetries=((-1, -1, 1),),
     bound=1e5,
     source="E. N. Lorenz, J. Atmos. Sci. 20, 130 (1963), equations (25) to (27)",
+    example=Example(
+        initial={"x": 1.0, "y": 1.0, "z": 20.0},
+        axes={"rho": (0.5, 200.0, 400), "beta": (0.5, 4.0, 36)},
+        dt=0.005,
+        transient=100.0,
+        duration=400.0,
+        block=20,
+    ),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,6 +77,30 @@ class Relation:
 
 
 @dataclass(frozen=True)
+class Example:
+    """A first sweep of a model, for `quavsweep init`.
+
+    Parameters
+    ----------
+    initial : mapping
+        Initial state.
+    axes : mapping
+        From a name to first value, last value and number of values.
+    dt, transient, duration : float
+        In the model's time.
+    block : int
+        Steps between two orthonormalisations.
+    """
+
+    initial: Mapping[str, float]
+    axes: Mapping[str, tuple[float, float, int]]
+    dt: float
+    transient: float
+    duration: float
+    block: int = 25
+
+
+@dataclass(frozen=True)
 class Model:
     """A system of ordinary differential equations.
 
@@ -99,6 +123,8 @@ class Model:
         Unit of time, `1` where the equations are dimensionless.
     source : str
         Where the equations come from, with equation numbers.
+    example : Example, optional
+        A first sweep.
 
     Raises
     ------
@@ -115,6 +141,7 @@ class Model:
     bound: float = 1e6
     time_unit: str = "1"
     source: str = ""
+    example: Example | None = None
 
     def __post_init__(self) -> None:
         names = [*self.state_names, *self.parameter_names]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from quavsweep.models.craft import TABLE_2
-from quavsweep.models.model import Model, Parameter, Relation, State
+from quavsweep.models.model import Example, Model, Parameter, Relation, State
 
 
 def rhs(p, q, r, Omega1, c, Ix, Iy, Iz, Ir, d, k4, k5, k6) -> tuple[Any, ...]:  # type: ignore[no-untyped-def]
@@ -38,4 +38,11 @@ MODEL = Model(
     bound=1e4,
     time_unit="s",
     source="system (15): equation (13) under conditions (14); defaults from Table 2 and Section 4",
+    example=Example(
+        initial={"p": 1e-3, "q": 1e-3, "r": 1e-3},
+        axes={"Omega1": (50.0, 500.0, 91), "c": (3.0, 7.0, 41)},
+        dt=0.02,
+        transient=1000.0,
+        duration=3000.0,
+    ),
 )

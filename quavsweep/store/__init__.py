@@ -1,19 +1,23 @@
 """What lies on disk: publishing, shards, result files, the folder of a run. The only place that imports h5py."""
 
+from quavsweep.store.admission import check_folder
 from quavsweep.store.folder import RunFolder
-from quavsweep.store.netcdf import Stored, read_result
+from quavsweep.store.netcdf import Stored, read_result, write_copy
 from quavsweep.store.outcome import outcome_in_memory, write_outcome
 from quavsweep.store.publish import looks_published
-from quavsweep.store.shard import write_shard
+from quavsweep.store.shard import Shard, write_shard
 from quavsweep.store.shard_set import ShardSet
 
 __all__ = [
     "RunFolder",
+    "Shard",
     "ShardSet",
     "Stored",
+    "check_folder",
     "looks_published",
     "outcome_in_memory",
     "read_result",
+    "write_copy",
     "write_outcome",
     "write_shard",
 ]

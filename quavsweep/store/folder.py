@@ -43,6 +43,17 @@ class RunFolder:
         """The result."""
         return self.path / "result.h5"
 
+    def must_exist(self) -> None:
+        """Refuse a path that is not the folder of a run.
+
+        Raises
+        ------
+        ConfigError
+            If it has no config.
+        """
+        if not self.config.is_file():
+            raise ConfigError("is not the folder of a run", str(self.path), "it has no config.yaml")
+
     def shards(self, evidence_id: str, toolchain_id: str, stage: str) -> Path:
         """Return the folder of the shards of one identity and stage."""
         return self.path / "shards" / evidence_id / toolchain_id / stage
@@ -60,9 +71,24 @@ class RunFolder:
         evidence, toolchain, stage = present[0]
         return replace(identity, evidence=evidence, toolchain=toolchain, stage=stage)
 
+    @property
+    def holder(self) -> str:
+        """Who is writing into the folder, as the lock file tells it; empty if nobody is."""
+        with contextlib.suppress(OSError):
+            handle = os.open(self.path / "lock", os.O_RDONLY | os.O_CLOEXEC)
+            try:
+                fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except OSError:
+                return os.pread(handle, 200, 0).decode("utf-8", "replace").strip() or "somebody"
+            finally:
+                os.close(handle)
+        return ""
+
     @contextlib.contextmanager
-    def lock(self) -> Iterator[None]:
+    def lock(self, exclusive: bool = True) -> Iterator[None]:
         """Hold the folder for one run at a time; what a killed run left in the making is removed.
+
+        Without `exclusive` the folder is only made sure to be there: for file systems that have no locks.
 
         Raises
         ------
@@ -81,6 +107,9 @@ class RunFolder:
         except OSError as error:
             raise DiskError(f"cannot be written: {error.strerror}", str(self.path)) from error
         try:
+            if not exclusive:
+                yield
+                return
             try:
                 fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -107,6 +107,34 @@ def write_result(
     publish_hdf5(lambda sha256, size: path, write, in_memory=False)
 
 
+def write_copy(stored: Stored, path: Path) -> None:
+    """Publish a file of variables that are in memory, netCDF-4 compatible.
+
+    Raises
+    ------
+    DiskError
+        If it cannot be written.
+    """
+
+    def write(file: h5py.File) -> None:
+        scales = [name for name, dims in stored.dims.items() if dims == (name,)]
+        for name in sorted(stored.data, key=lambda name: name not in scales):
+            values, dims = stored.data[name], stored.dims[name]
+            kind = h5py.string_dtype() if values.dtype.kind == "O" else values.dtype
+            options = {"compression": "gzip", "shuffle": True} if values.ndim else {}
+            dataset = file.create_dataset(name, data=values, dtype=kind, **options)
+            if name in scales:
+                dataset.make_scale(name)
+            else:
+                for i, dim in enumerate(dims):
+                    dataset.dims[i].attach_scale(file[dim])
+            _set_attributes(dataset, stored.attributes[name])
+        kept = {key: value for key, value in stored.file_attributes.items() if key != _DIGEST}
+        _set_attributes(file, kept)
+
+    publish_hdf5(lambda sha256, size: path, write, in_memory=False)
+
+
 def _create(
     file: h5py.File,
     grid: Grid,
@@ -172,8 +200,8 @@ def _dims(file: h5py.File, name: str) -> tuple[str, ...]:
     return tuple(dim[0].name.lstrip("/") for dim in dataset.dims)
 
 
-def read_result(path: Path) -> Stored:
-    """Return a result file's content after it has been verified.
+def read_result(path: Path, names: Container[str] | None = None) -> Stored:
+    """Return a result file's content, or only the variables of these names, after the file has been verified.
 
     Raises
     ------
@@ -184,14 +212,16 @@ def read_result(path: Path) -> Stored:
         if not is_sealed(path):
             raise DamageError("its bytes are not those that were written", str(path), REBUILD)
         with h5py.File(path, "r") as file:
+            wanted = [name for name in sorted(file) if names is None or name in names]
             stored = Stored(
-                data={name: _values(file[name]) for name in sorted(file)},
-                dims={name: _dims(file, name) for name in sorted(file)},
-                attributes={name: _attributes(file[name]) for name in sorted(file)},
+                data={name: _values(file[name]) for name in wanted},
+                dims={name: _dims(file, name) for name in wanted},
+                attributes={name: _attributes(file[name]) for name in wanted},
                 file_attributes=_attributes(file),
             )
             digests = {name: hashlib.sha256(_bytes(values)).hexdigest() for name, values in stored.data.items()}
-            good = stored.file_attributes.get(_DIGEST) == _content_digest(file, digests)
+            # The seal covers every byte; the digest of the content is checked where all of it is read anyway.
+            good = names is not None or stored.file_attributes.get(_DIGEST) == _content_digest(file, digests)
     except FileNotFoundError:
         raise
     except (OSError, KeyError, ValueError, RuntimeError, TypeError, AttributeError, IndexError) as error:

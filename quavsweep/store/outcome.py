@@ -18,14 +18,7 @@ from quavsweep.store.netcdf import Coordinate, Stored, block_cells, write_result
 from quavsweep.store.shard_set import Block, ShardSet
 
 
-def write_outcome(
-    path: Path,
-    sweep: Sweep,
-    identity: Identity,
-    shards: ShardSet,
-    failed: Mapping[int, str],
-    stopped: Callable[[], bool],
-) -> None:
+def write_outcome(path: Path, shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool]) -> None:
     """Classify all evidence and publish the result file.
 
     Raises
@@ -37,6 +30,7 @@ def write_outcome(
     StoppedError
         If `stopped()` became true, asked before each block.
     """
+    sweep = shards.sweep
     variables = {v: _attributes(sweep, v) for v in result_variables(sweep)}
     write_result(
         path,
@@ -44,12 +38,12 @@ def write_outcome(
         _coordinates(sweep),
         variables,
         _classified(shards, failed, stopped),
-        _file(sweep, identity),
+        _file(sweep, shards.identity),
         block_cells(sweep.cell_bytes),
     )
 
 
-def outcome_in_memory(sweep: Sweep, identity: Identity, shards: ShardSet) -> Stored:
+def outcome_in_memory(shards: ShardSet) -> Stored:
     """Return what the result file would hold if the missing tiles stayed missing.
 
     Raises
@@ -57,6 +51,7 @@ def outcome_in_memory(sweep: Sweep, identity: Identity, shards: ShardSet) -> Sto
     DamageError
         If a shard's content is not what was published.
     """
+    sweep = shards.sweep
     grid, variables, extents = sweep.grid, result_variables(sweep), sweep.extents
     coordinates = _coordinates(sweep)
     axes = tuple(axis.name for axis in grid.axes)
@@ -69,7 +64,7 @@ def outcome_in_memory(sweep: Sweep, identity: Identity, shards: ShardSet) -> Sto
         data | {c.name: c.values for c in coordinates},
         {v.name: (*axes, *v.dims) for v in variables} | {c.name: (c.name,) for c in coordinates},
         {v.name: _attributes(sweep, v) for v in variables} | {c.name: dict(c.attributes) for c in coordinates},
-        _file(sweep, identity),
+        _file(sweep, shards.identity),
     )
 
 

@@ -90,6 +90,12 @@ def scan_shards(folder: Path) -> dict[int, list[Shard]]:
     return found
 
 
+def misfits(folder: Path) -> list[Path]:
+    """Return the files that have a shard's name but not its size."""
+    shards = (_parse(path) for path in sorted(folder.glob("tile-*.h5")))
+    return [s.path for s in shards if s is not None and not (s.path.is_file() and s.path.stat().st_size == s.size)]
+
+
 def _parse(path: Path) -> Shard | None:
     match = _NAME.fullmatch(path.name)
     return Shard(path, int(match[1]), int(match[2]), int(match[3]), match[4]) if match else None

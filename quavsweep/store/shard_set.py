@@ -16,7 +16,7 @@ from quavsweep.grid import Tile
 from quavsweep.integrate import Evidence
 from quavsweep.provenance import Identity
 from quavsweep.store.folder import RunFolder
-from quavsweep.store.shard import Shard, read_shard, scan_shards, set_aside
+from quavsweep.store.shard import Shard, misfits, read_shard, scan_shards, set_aside
 
 Block = tuple[slice, ...]
 
@@ -97,6 +97,10 @@ class ShardSet:
                 damaged.append(index)
                 set_aside(self.shards.pop(index))
         return damaged
+
+    def truncated(self) -> list[str]:
+        """Return a sentence for each file that has a shard's name but not its size; a scan passes it over."""
+        return [f"{path}: has not the size that its name tells" for path in misfits(self.folder)]
 
     def blocks(self, cells: int, failed: Mapping[int, str]) -> Iterator[tuple[Block, Evidence]]:
         """Yield the evidence of the grid's blocks, in order, reading each shard once.

@@ -1,0 +1,146 @@
+"""The verbs `plot` and `point`: figures of runs and of single cells."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from quavsweep.cli.option import PATH, KeyValue, Limits
+from quavsweep.cli.text import say, table
+from quavsweep.errors import DamageError
+
+if TYPE_CHECKING:
+    from quavsweep.point import Point
+
+
+@click.command()
+@click.argument("sources", metavar="DIR|FILE...", nargs=-1, required=True, type=PATH)
+@click.option("--out", type=PATH, metavar="FILE", help="PNG, PDF or SVG; default map.png beside the (first) result.")
+@click.option("--variable", "variables", multiple=True, metavar="V", help="Draw this one; may be repeated.")
+@click.option("--limits", type=Limits(), metavar="A,B", help="Limits of the colours, or of a line's axis.")
+@click.option("--overlay", "overlays", multiple=True, metavar="CURVE", help="A curve over a map: CSV file or equation.")
+@click.option("--at", "at", multiple=True, type=KeyValue(), metavar="KEY=VALUE", help="Fix an axis at a value.")
+def plot(
+    sources: tuple[Path, ...],
+    out: Path | None,
+    variables: tuple[str, ...],
+    limits: tuple[float, float] | None,
+    overlays: tuple[str, ...],
+    at: tuple[tuple[str, float], ...],
+) -> None:
+    """Draw runs, finished or not, or result files; several give a panel each.
+
+    \b
+    quavsweep plot results/omega_c
+    quavsweep plot results/omega_c --variable settle_time --out settle.pdf
+    quavsweep plot results/omega_c --variable final_state.p --limits -2,2
+    quavsweep plot results/omega_c --at c=5
+    quavsweep plot results/omega_c --overlay "hovering: \\
+        2.9e-5*(2*Omega1**2 + 2*(Omega1+c)**2) = 0.468*9.81"
+    quavsweep plot results/omega_c results/omega_ix --out both.png
+
+    A variable is one of the result, with a component where it has some: region, lyapunov.2, final_state.p. A CSV file
+    of a curve has a header that names the axes.
+    """
+    from quavsweep.plot import draw
+    from quavsweep.result import open_result
+
+    results = [open_result(source).at(**dict(at)) for source in sources]
+    folder = sources[0] if sources[0].is_dir() else sources[0].parent
+    say(draw(results, out or folder / "map.png", variables=variables, limits=limits, overlays=overlays))
+
+
+@click.command()
+@click.argument("source", metavar="CONFIG|DIR", type=PATH)
+@click.argument("values", metavar="KEY=VALUE...", nargs=-1, type=KeyValue())
+@click.option("--out", type=PATH, metavar="FILE", help="PNG, PDF or SVG; default point.png in DIR, or here.")
+@click.option("--no-plot", is_flag=True, help="Only print the numbers.")
+def point(source: Path, values: tuple[tuple[str, float], ...], out: Path | None, no_plot: bool) -> None:
+    """Compute one cell, to the bit the map's, and draw its orbit.
+
+    \b
+    quavsweep point results/omega_c Omega1=240 c=5
+    quavsweep point configs/omega_c.yaml Omega1=240.25 c=5 r=0.01
+
+    Every axis needs a value; parameters and initial states may be given too. Values between those of the grid are
+    used as they are. The figure shows orbit, time series, exponents converging, and the spectrum of the first state.
+    """
+    from quavsweep.config import load_sweep
+    from quavsweep.point import compute_point
+    from quavsweep.store import RunFolder
+
+    folder = RunFolder(source) if source.is_dir() else None
+    if folder is not None:
+        folder.must_exist()
+    single = compute_point(load_sweep(folder.config if folder else source), dict(values))
+    rows = _numbers(single, dict(values))
+    different: list[str] = []
+    if folder is not None and single.indices is not None and folder.result.is_file():
+        different = _different(single, folder.result)
+        found = f"{', '.join(different)} differ" if different else "equal to the bit"
+        rows.append(("result.h5", f"cell {_index(single.indices)}: {found}"))
+    elif single.indices is None:
+        rows.append(("cell", "none of the grid"))
+    if not no_plot:
+        from quavsweep.plot import draw_point
+
+        rows.append(("figure", str(draw_point(single, out or (source if folder else Path()) / "point.png"))))
+    say(table(rows))
+    if different:
+        raise DamageError("the stored cell is another one", str(source), "another engine or toolchain made it?")
+
+
+def _index(indices: tuple[int, ...]) -> str:
+    return f"[{', '.join(map(str, indices))}]"
+
+
+def _different(single: Point, path: Path) -> list[str]:
+    """Return the variables whose bits differ from those of the result."""
+    import numpy as np
+
+    from quavsweep.result import open_result
+
+    result = open_result(path)
+    stored = {name: np.asarray(result[name][single.indices]) for name in single.values}
+    return [name for name, value in single.values.items() if np.asarray(value).tobytes() != stored[name].tobytes()]
+
+
+def _numbers(single: Point, given: Container[str]) -> list[tuple[str, str]]:
+    """Return what is known of a cell, as rows."""
+    from quavsweep.codes import REGION, STATUS, Region
+
+    model, values = single.sweep.model, single.values
+    region = int(values["region"])
+    chosen = {name: v for name, v in single.sweep.parameters.items() if v != model.defaults[name] or name in given}
+    rows = [
+        ("parameters", _named(chosen) or "the defaults"),
+        ("initial", _named(single.sweep.config.initial)),
+        ("region", REGION[region].meaning),
+        ("status", STATUS[int(values["status"])].meaning),
+    ]
+    time = "" if model.time_unit == "1" else f" {model.time_unit}"
+    rate = "" if model.time_unit == "1" else f" 1/{model.time_unit}"
+    if "lyapunov" in values:
+        pairs = zip(values["lyapunov"], values["lyapunov_se"], strict=True)
+        rows += [(f"exponent {k}", f"{v:.6g} {_error(e)}{rate}") for k, (v, e) in enumerate(pairs, 1)]
+        if region != Region.CHAOS:
+            rows.append(("was chaotic", "yes" if values["was_chaotic"] else "no"))
+    rows.append(("time used", f"{values['time_used']:g}{time}"))
+    if values["settle_time"] == values["settle_time"]:
+        rows.append(("settled", f"after {values['settle_time']:g}{time}"))
+        rows.append(("equilibrium", _named(dict(zip(model.state_names, values["equilibrium"], strict=True)))))
+        eigenvalues = zip(values["eigenvalue_re"], values["eigenvalue_im"], strict=True)
+        rows.append(("eigenvalues", ", ".join(f"{re:.6g}{im:+.6g}i" if im else f"{re:.6g}" for re, im in eigenvalues)))
+    rows.append(("final state", _named(dict(zip(model.state_names, values["final_state"], strict=True)))))
+    return rows
+
+
+def _error(error: float) -> str:
+    return f"+- {error:.2g}" if error else "(exact)"
+
+
+def _named(values: Any) -> str:
+    return ", ".join(f"{name} = {value:.6g}" for name, value in values.items())

@@ -1,0 +1,194 @@
+"""The verbs `run` and `classify`: from a config to a result."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from quavsweep.cli.option import PATH, Seconds, changes_option
+from quavsweep.cli.text import amount, count, duration, say, table, warn
+from quavsweep.errors import ConfigError, TilesFailedError
+
+if TYPE_CHECKING:
+    from quavsweep.config import Sweep
+    from quavsweep.result import Result
+
+EXIT_SECOND_INTERRUPT = 130
+
+
+@click.command()
+@click.argument("config", type=PATH)
+@click.option("--out", type=PATH, metavar="DIR", help="Folder of the run; default results/<name>.")
+@changes_option
+@click.option("--workers", type=click.IntRange(1, 256), default=2, show_default=True, help="Number of threads.")
+@click.option("--dry-run", is_flag=True, help="Only say what is done and missing, and what the rest would cost.")
+@click.option("--max-time", type=Seconds(), metavar="TIME", help="Stop after, e.g., 3h50m (exit 75); run continues.")
+@click.option("--no-plot", is_flag=True, help="Do not draw map.png at the end.")
+@click.option("--accept-toolchain", is_flag=True, help="Start anew where other library versions left evidence.")
+@click.option("--no-lock", is_flag=True, help="For file systems without locks: do not guard against a second run.")
+def run(
+    config: Path,
+    out: Path | None,
+    changes: tuple[str, ...],
+    workers: int,
+    dry_run: bool,
+    max_time: float | None,
+    no_plot: bool,
+    accept_toolchain: bool,
+    no_lock: bool,
+) -> None:
+    """Run the sweep of a CONFIG file, or what is missing of it.
+
+    \b
+    quavsweep run configs/omega_c.yaml
+    quavsweep run configs/omega_c.yaml --set axes.c.num=41 --out results/quick
+    quavsweep run configs/omega_c.yaml --dry-run
+    quavsweep run configs/omega_c.yaml --max-time 3h50m    in a batch job
+
+    Ctrl-C stops it (exit 75); the same command continues it.
+    """
+    begin = time.monotonic()
+    stop = _stop_on_signals(max_time)
+    from quavsweep.config import load_sweep
+
+    sweep = load_sweep(config, changes)
+    for warning in sweep.warnings:
+        warn(f"warning: {config}: {warning}")
+    if dry_run:
+        _preview(sweep, out, workers)
+        return
+    from quavsweep.cli.progress import show_progress
+    from quavsweep.sweep import run_sweep
+
+    failure = None
+    with show_progress(sweep.name) as shown:
+        try:
+            run_sweep(
+                sweep,
+                out,
+                workers=workers,
+                observe=shown,
+                stop=stop,
+                accept_toolchain=accept_toolchain,
+                exclusive=not no_lock,
+            )
+        except TilesFailedError as error:
+            failure = error
+    _finish(out or Path("results") / sweep.name, sweep.name, time.monotonic() - begin, shown.cells_run, not no_plot)
+    if failure is not None:
+        raise failure
+
+
+@click.command()
+@click.argument("folder", metavar="DIR", type=PATH)
+@changes_option
+@click.option("--no-plot", is_flag=True, help="Do not draw map.png anew.")
+def classify(folder: Path, changes: tuple[str, ...], no_plot: bool) -> None:
+    """Label the cells of the run in DIR anew, from what is stored.
+
+    \b
+    quavsweep classify results/omega_c --set classify.errors=4
+
+    Nothing is integrated. Thresholds are those of DIR/config.yaml, changed by --set; they are kept there.
+    """
+    from quavsweep.sweep import reclassify
+
+    begin = time.monotonic()
+    path = reclassify(folder, changes)
+    _finish(path.parent, folder.name, time.monotonic() - begin, 0, not no_plot)
+
+
+def _finish(folder: Path, name: str, seconds: float, cells_run: int, with_plot: bool) -> None:
+    """Print what was found, and draw it."""
+    from quavsweep.result import open_result
+
+    result = open_result(folder / "result.h5")
+    rows = [*shares(result), ("time", _speed(seconds, cells_run)), ("result", str(folder / "result.h5"))]
+    if with_plot:
+        from quavsweep.plot import draw
+
+        try:
+            rows.append(("map", str(draw(result, folder / "map.png"))))
+        except ConfigError as error:
+            rows.append(("no map", str(error)))
+    say(table([("sweep", described(name, result.sweep)), *rows]))
+
+
+def described(name: str, sweep: Sweep) -> str:
+    """Return name, model and grid of a sweep in a line."""
+    shape = " x ".join(f"{axis.name} {len(axis)}" for axis in sweep.grid.axes)
+    cells = count(sweep.grid.size, "cell")
+    return f"{name}: {sweep.model.name}, " + (f"{shape} = {cells}" if shape else cells)
+
+
+def _speed(seconds: float, cells: int) -> str:
+    if not cells:
+        return f"{duration(seconds)}; nothing had to be integrated"
+    return duration(seconds) + (f", {cells / seconds:,.0f} cells/s" if cells >= seconds else "")
+
+
+def shares(result: Result) -> list[tuple[str, str]]:
+    """Return rows that say how the cells are shared out, and how far the numbers can be trusted."""
+    from quavsweep.codes import REGION
+    from quavsweep.summary import summarise
+
+    summary = summarise(result)
+    meanings = {code.name: code.meaning for code in REGION}
+    rows = [(meanings[name], _share(n, summary.cells)) for name, n in summary.regions.items()]
+    if summary.was_chaotic:
+        rows.append(("chaotic on the way", _share(summary.was_chaotic, summary.cells)))
+    if summary.sum_error is not None:
+        unit = "" if result.sweep.model.time_unit == "1" else f" 1/{result.sweep.model.time_unit}"
+        rows.append(("self-check", f"sums of exponents miss the divergence by {summary.sum_error:.1e}{unit} at most"))
+    return rows
+
+
+def _share(count: int, cells: int) -> str:
+    return f"{count:>12,}  {100 * count / cells:5.1f} %"
+
+
+def _preview(sweep: Sweep, out: Path | None, workers: int) -> None:
+    """Print what a run would do."""
+    from quavsweep.preview import preview_run
+
+    preview = preview_run(sweep, out, workers)
+    steps = "" if not preview.missing else f", about {preview.steps_per_cell:,.0f} of {sweep.clock.steps:,} steps each"
+    rows = [
+        ("sweep", described(sweep.name, sweep) + steps),
+        ("tiles", f"{preview.valid} valid, {preview.missing} missing, {len(preview.bad)} bad"),
+        *(("bad", sentence) for sentence in preview.bad[:10]),
+        ("time", f"about {duration(preview.seconds)} with {count(workers, 'worker')}"),
+        ("disk", _disk(preview.shard_bytes, preview.result_bytes, preview.free_bytes)),
+        ("checks", "every parameter is in its domain" + ("; see the warnings above" if sweep.warnings else "")),
+        ("folder", str(out or Path("results") / sweep.name)),
+    ]
+    say(table(rows))
+
+
+def _disk(shards: int, result: int, free: int) -> str:
+    short = "; NOT ENOUGH" if shards + result > free else ""
+    return f"{amount(shards)} for shards, at most {amount(result)} for the result; {amount(free)} free{short}"
+
+
+def _stop_on_signals(max_time: float | None) -> threading.Event:
+    """Return an event that Ctrl-C, SIGTERM, SIGHUP or the end of the time set; a second Ctrl-C ends the process."""
+    stop = threading.Event()
+
+    def handle(number: int, frame: Any) -> None:
+        if stop.is_set() and number == signal.SIGINT:
+            os._exit(EXIT_SECOND_INTERRUPT)
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, handle)
+    if max_time is not None:
+        timer = threading.Timer(max_time, stop.set)
+        timer.daemon = True
+        timer.start()
+    return stop

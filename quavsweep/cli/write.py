@@ -1,0 +1,57 @@
+"""The verbs `init` and `schema`: help with writing configs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from quavsweep.cli.option import PATH
+from quavsweep.cli.text import say
+from quavsweep.errors import ConfigError, DiskError
+
+
+@click.command()
+@click.argument("model", default="quadrotor_yaw")
+@click.option("--out", type=PATH, metavar="FILE", help="File to write; default MODEL.yaml; - prints it.")
+def init(model: str, out: Path | None) -> None:
+    """Write a commented config for a MODEL, ready to run.
+
+    \b
+    quavsweep init                  the quadrotor's yaw manoeuvre
+    quavsweep init lorenz --out my_lorenz.yaml
+    """
+    from quavsweep.config.template import make_template
+    from quavsweep.models import load_model
+
+    path = out or Path(f"{model}.yaml")
+    text = make_template(load_model(model), path.stem if str(path) != "-" else model)
+    if str(path) == "-":
+        say(text.rstrip())
+        return
+    try:
+        with path.open("x") as file:
+            file.write(text)
+    except FileExistsError as error:
+        raise ConfigError("exists already", str(path), "name another file with --out") from error
+    except OSError as error:
+        raise DiskError(f"cannot be written: {error.strerror}", str(path)) from error
+    say(f"{path}: run it with quavsweep run {path}")
+
+
+@click.command()
+def schema() -> None:
+    """Print the JSON Schema of configs, for editors.
+
+    \b
+    quavsweep schema > quavsweep.schema.json
+
+    and as the first line of a config, for editors that speak YAML's language server:
+
+    \b
+    # yaml-language-server: $schema=quavsweep.schema.json
+    """
+    from quavsweep.config.json_schema import json_schema
+
+    say(json.dumps(json_schema(), indent=2))

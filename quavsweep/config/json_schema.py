@@ -1,0 +1,46 @@
+"""The schema of configs as JSON Schema, for editors: keys, types, meanings, and each model's quantities and units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from quavsweep.config.schema import Config
+from quavsweep.models import NAMES, Model, Parameter, State, load_model
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the schema of configs (JSON Schema 2020-12)."""
+    schema = Config.model_json_schema()
+    schema["properties"]["model"]["enum"] = list(NAMES)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **schema,
+        "title": "quavsweep config",
+        "allOf": [_of_model(load_model(name)) for name in NAMES],
+    }
+
+
+def _of_model(model: Model) -> dict[str, Any]:
+    """Return what holds for configs of a model: the names that its sections may have."""
+    parameters = {p.name: _parameter(p) for p in model.parameters}
+    states = {s.name: {"type": "number", "description": describe(s)} for s in model.states}
+    quantities: list[State | Parameter] = [*model.parameters, *model.states]
+    axes = {q.name: {"$ref": "#/$defs/AxisSection", "description": describe(q)} for q in quantities}
+    sections = {"parameters": parameters, "initial": states, "axes": axes}
+    closed = {name: {"properties": properties, "additionalProperties": False} for name, properties in sections.items()}
+    return {
+        "if": {"properties": {"model": {"const": model.name}}, "required": ["model"]},
+        "then": {"properties": closed},
+    }
+
+
+def _parameter(parameter: Parameter) -> dict[str, Any]:
+    low = {"exclusiveMinimum" if parameter.open_low else "minimum": parameter.low} if parameter.low > -1e300 else {}
+    high = {"maximum": parameter.high} if parameter.high < 1e300 else {}
+    return {"type": "number", "default": parameter.default, "description": describe(parameter), **low, **high}
+
+
+def describe(quantity: State | Parameter) -> str:
+    """Return the meaning and unit of a state or parameter in a line."""
+    unit = "" if quantity.unit == "1" else f" [{quantity.unit}]"
+    return f"{quantity.meaning or quantity.name}{unit}"

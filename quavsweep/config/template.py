@@ -1,0 +1,83 @@
+"""A commented config for a model: what `quavsweep init` writes."""
+
+from __future__ import annotations
+
+from quavsweep.config.json_schema import describe
+from quavsweep.models import Model
+
+_TEXT = """\
+# A sweep of {model}: {source}.
+# Run it with `quavsweep run {name}.yaml`; `--dry-run` says how long that takes.
+name: {name}  # letters, digits, . _ -; results go to results/{name}
+model: {model}
+
+# Parameters that differ from the model's defaults. All of them, with their defaults:
+{parameters}
+parameters: {{}}
+
+# The state at t = 0; every state that is no axis.
+initial:
+{initial}
+
+# What varies: parameters or initial states, any number of them, the last one fastest.
+# Each is {{start, stop, num}}, with spacing: log if wanted, or {{values: [...]}}.
+axes:
+{axes}
+
+# Times are in {time}. Transient and duration become whole segments.
+integrate:
+  method: rk4
+  dt: {dt:g}  # step
+  transient: {transient:g}  # before exponents are averaged
+  duration: {duration:g}  # over which they are averaged
+  # segment: {segment:g}  # between two looks at a cell
+
+# What is recorded of each cell.
+measures:
+  lyapunov:
+    exponents: {exponents}  # number of exponents, largest first
+    block: {block}  # steps between two orthonormalisations
+  # orbit: {{every: {every:g}}}  # the state at even times
+  # samples: {{maxima: {state}, max: 100}}  # or section: {{of: {state}, at: 0, direction: up}}, or every: a time
+  # peak: {{of: [{state}], until: {until:g}}}  # largest magnitude
+  # first_time: {{of: {state}, above: 1, until: {until:g}}}  # when a state first exceeds a value
+
+# End a cell once its end is certified.
+stop_early: true
+
+# Thresholds; changing them needs no new integration (quavsweep classify).
+classify:
+  errors: 3  # an exponent is positive beyond so many standard errors
+  neutral: 5  # and beyond so much growth of ln over the time averaged
+"""
+
+
+def make_template(model: Model, name: str) -> str:
+    """Return the text of a commented config of that name, which runs as it is."""
+    example = model.example
+    assert example is not None
+    states = {state.name: state for state in model.states}
+    parameters = [f"#   {p.name}: {p.default:g}  # {describe(p)}" for p in model.parameters]
+    initial = [f"  {name}: {value:g}  # {describe(states[name])}" for name, value in example.initial.items()]
+    axes = [
+        f"  {name}: {{start: {first:g}, stop: {last:g}, num: {number}}}  # {describe(model.quantity(name))}"
+        for name, (first, last, number) in example.axes.items()
+    ]
+    return _TEXT.format(
+        model=model.name,
+        source=model.source,
+        name=name,
+        parameters="\n".join(parameters),
+        initial="\n".join(initial),
+        axes="\n".join(axes),
+        time="units of the model" if model.time_unit == "1" else model.time_unit,
+        dt=example.dt,
+        transient=example.transient,
+        duration=example.duration,
+        segment=(example.transient + example.duration) / 16,
+        exponents=len(model.states),
+        block=example.block,
+        state=model.state_names[0],
+        every=5 * example.dt,
+        until=1000 * example.dt,
+    )

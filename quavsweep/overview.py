@@ -1,0 +1,144 @@
+"""How far the run in a folder is, from its files alone and in a fraction of a second."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from quavsweep.classify import classify
+from quavsweep.codes import REGION, Status
+from quavsweep.config import Sweep, load_sweep
+from quavsweep.errors import DamageError
+from quavsweep.provenance import Identity, identify
+from quavsweep.store import RunFolder, ShardSet, read_result
+
+LOOK_SECONDS = 0.15  # spent on reading shards of an unfinished run
+
+
+@dataclass
+class Overview:
+    """What a folder holds.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    tiles, tiles_done, cells_done : int
+        Of the run; no tiles are known before the first is done.
+    failed : int
+        Cells whose tile raised.
+    regions : dict
+        From a region's name to its number of cells, among the `looked_at` cells.
+    result : str
+        Path of the result; empty if there is none yet.
+    holder : str
+        Who is running it; empty if nobody is.
+    """
+
+    sweep: Sweep
+    tiles: int
+    tiles_done: int
+    cells_done: int
+    failed: int
+    regions: dict[str, int]
+    looked_at: int
+    result: str
+    holder: str
+
+    @property
+    def complete(self) -> bool:
+        """Whether there is a result that has every cell."""
+        return bool(self.result) and self.cells_done == self.sweep.grid.size
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as data for other programs."""
+        return {
+            "name": self.sweep.name,
+            "model": self.sweep.model.name,
+            "axes": {axis.name: len(axis) for axis in self.sweep.grid.axes},
+            "cells": self.sweep.grid.size,
+            "cells_done": self.cells_done,
+            "tiles": self.tiles,
+            "tiles_done": self.tiles_done,
+            "cells_failed": self.failed,
+            "complete": self.complete,
+            "regions": self.regions,
+            "regions_of_cells": self.looked_at,
+            "result": self.result or None,
+            "running": self.holder or None,
+        }
+
+
+@dataclass
+class Observer:
+    """Looks at a folder again and again; shards that it has read before are not read again."""
+
+    folder: RunFolder
+    _counts: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, path: Path) -> Observer:
+        """Return the observer of a run's folder.
+
+        Raises
+        ------
+        ConfigError
+            If it is none.
+        """
+        folder = RunFolder(path)
+        folder.must_exist()
+        return cls(folder)
+
+    def look(self) -> Overview:
+        """Return what the folder holds now."""
+        folder = self.folder
+        sweep = load_sweep(folder.config)
+        shards = self._shards(sweep)
+        missing = sum(len(tile) for tile in shards.missing()) if shards and shards.tile_cells else sweep.grid.size
+        status = None
+        with contextlib.suppress(FileNotFoundError, DamageError):
+            status = read_result(folder.result, ("region", "status"))
+        if status is not None:
+            failed = int((status.data["status"] == Status.FAILED).sum())
+            count = np.bincount(status.data["region"].ravel(), minlength=len(REGION))
+        else:
+            failed, count = 0, self._count(shards)
+        return Overview(
+            sweep=sweep,
+            tiles=shards.tiles if shards and shards.tile_cells else 0,
+            tiles_done=len(shards.shards) if shards else 0,
+            cells_done=sweep.grid.size - missing,
+            failed=failed,
+            regions={code.name: int(n) for code, n in zip(REGION, count, strict=True) if n},
+            looked_at=int(count.sum()),
+            result="" if status is None else str(folder.result),
+            holder=folder.holder,
+        )
+
+    def _shards(self, sweep: Sweep) -> ShardSet | None:
+        """Return the shards of the run, if there are any."""
+        present = self.folder.identities()
+        if not present:
+            return None
+        # Only where several versions have left shards does it take long to know whose are meant.
+        sole = len(present) == 1
+        identity = Identity(*present[0], rules="") if sole else self.folder.present_identity(identify(sweep))
+        return ShardSet.scan(self.folder, sweep, identity, 0)
+
+    def _count(self, shards: ShardSet | None) -> np.ndarray:
+        """Return the cells per region in the shards, as far as they can be read in a short time."""
+        if shards is None:
+            return np.zeros(len(REGION), dtype=int)
+        deadline = time.monotonic() + LOOK_SECONDS
+        for index, shard in shards.shards.items():
+            if shard.sha256 not in self._counts:
+                with contextlib.suppress(DamageError):
+                    region = classify(shards.sweep, shards.read(index, {}))["region"]
+                    self._counts[shard.sha256] = np.bincount(region, minlength=len(REGION))
+            if time.monotonic() > deadline:
+                break
+        return sum(self._counts.values(), start=np.zeros(len(REGION), dtype=int))

@@ -1,0 +1,71 @@
+"""Which sweeps may use a folder: none but those whose evidence it holds."""
+
+from __future__ import annotations
+
+from quavsweep.config import Sweep, load_sweep
+from quavsweep.errors import ConfigError, IdentityError
+from quavsweep.provenance import Identity, changed_keys, evidence_parts, toolchain
+from quavsweep.store.folder import RunFolder
+
+
+def check_folder(folder: RunFolder, sweep: Sweep, identity: Identity, accept_toolchain: bool = False) -> None:
+    """Refuse a folder that holds the evidence of another sweep, engine, model or toolchain.
+
+    With `accept_toolchain` evidence of another toolchain may stay beside that of this one.
+
+    Raises
+    ------
+    IdentityError
+        With the difference, key by key.
+    """
+    present = folder.identities()
+    if not present and not folder.result.exists():
+        return
+    if not present or (identity.evidence, identity.toolchain, identity.stage) in present:
+        if folder.config.exists():
+            _check_config(folder, sweep)
+        return
+    _check_config(folder, sweep)
+    if accept_toolchain and any(evidence == identity.evidence for evidence, _, _ in present):
+        return
+    known = folder.read_record()
+    differences = changed_keys(known.get("evidence", {}), evidence_parts(sweep))
+    differences += changed_keys(known.get("toolchain", {}), toolchain())
+    raise IdentityError(
+        "holds evidence of another engine, model or toolchain",
+        str(folder.path),
+        f"{_listed(differences)}; {_way_out(differences)}",
+    )
+
+
+def _way_out(differences: list[str]) -> str:
+    """Return what can be done about differences."""
+    toolchain_only = bool(differences) and all(d.split(":")[0] in toolchain() for d in differences)
+    return f"choose another --out{', or --accept-toolchain to start anew beside it' if toolchain_only else ''}"
+
+
+def _listed(differences: list[str]) -> str:
+    """Return the first differences in a line."""
+    more = [f"and {len(differences) - 6} more"] if len(differences) > 6 else []
+    return "; ".join([*differences[:6], *more]) or "the difference is not known"
+
+
+def _check_config(folder: RunFolder, sweep: Sweep) -> None:
+    """Refuse a folder whose config differs in what changes a number."""
+    try:
+        stored = load_sweep(folder.config).canonical()
+    except ConfigError as error:
+        if not folder.config.exists():
+            return
+        raise IdentityError(
+            f"its config cannot be read ({error})", str(folder.path), "delete it to have it rebuilt"
+        ) from error
+    skipped = ("name", "classify")
+    differences = changed_keys(
+        {k: v for k, v in stored.items() if k not in skipped},
+        {k: v for k, v in sweep.canonical().items() if k not in skipped},
+    )
+    if differences:
+        raise IdentityError(
+            "holds a different sweep", str(folder.path), f"{_listed(differences)}; choose another --out"
+        )

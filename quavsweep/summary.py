@@ -1,0 +1,65 @@
+"""What a result holds in a few numbers: cells per region, how many were chaotic, the worst self-check."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quavsweep.codes import REGION, Region
+from quavsweep.grid import Tile
+from quavsweep.integrate import cell_values
+from quavsweep.kernels.lookup import make_program
+from quavsweep.result import Result
+
+
+@dataclass(frozen=True)
+class Summary:
+    """A result in a few numbers.
+
+    Parameters
+    ----------
+    cells : int
+        In all.
+    regions : dict
+        From a region's name to its number of cells; only those that occur, `none` for cells not computed.
+    was_chaotic : int, optional
+        Cells that were chaotic at some time and are not in the end; None where nothing tells.
+    sum_error : float, optional
+        Largest distance of the sum of all exponents, as averaged, from the divergence [1/time]; None where not all
+        exponents are known, or where the divergence depends on the state.
+    """
+
+    cells: int
+    regions: dict[str, int]
+    was_chaotic: int | None
+    sum_error: float | None
+
+
+def summarise(result: Result) -> Summary:
+    """Return a result in a few numbers."""
+    region = result["region"]
+    count = np.bincount(region.ravel(), minlength=len(REGION))
+    regions = {code.name: int(n) for code, n in zip(REGION, count, strict=True) if n}
+    on_the_way = None
+    if "was_chaotic" in result:
+        on_the_way = int(((result["was_chaotic"] != 0) & (region != Region.CHAOS)).sum())
+    return Summary(region.size, regions, on_the_way, _worst_sum(result))
+
+
+def _worst_sum(result: Result) -> float | None:
+    """Return the largest distance of the raw sums from the divergence, if that does not depend on the state."""
+    model = result.sweep.model
+    if "lyapunov_raw" not in result or result["lyapunov_raw"].shape[-1] < len(model.states):
+        return None
+    sums = result["lyapunov_raw"].sum(axis=-1).ravel()
+    program = make_program(model)
+    parameters, u = cell_values(result.sweep, Tile(0, 0, result.sweep.grid.size))
+    coefficients = program.coefficient_values(parameters)
+    diagonal = [row[i] for i, row in enumerate(program.jacobian)]
+    # A state that is not a number shows in whatever depends on it.
+    divergence = sum(program.evaluate(diagonal, program.names(np.full_like(u.T, np.nan), coefficients)))
+    known = np.isfinite(sums)
+    if not known.any() or not np.isfinite(divergence).all():
+        return None
+    return float(np.abs(sums - divergence)[known].max())

@@ -1,0 +1,34 @@
+"""Tiles: how many cells one has, from a static cost model, and in which order they are done."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from quavsweep.grid import Tile
+from quavsweep.integrate import Plan
+
+TILE_SECONDS = 2.0  # estimated time of a tile: what a kill can lose, against overhead
+FEWEST_TILES = 32  # so that workers end together
+TILE_MULTIPLE = 32  # whole groups of lanes
+LARGEST_TILE = 65536
+LARGEST_TILE_BYTES = 2**27  # of evidence
+
+
+def choose_tile_cells(plan: Plan) -> int:
+    """Return the number of cells per tile from a static cost model, the same on every machine."""
+    cell_seconds = plan.clock.steps * plan.step_ns * 1e-9
+    size = plan.sweep.grid.size
+    wanted = min(
+        TILE_SECONDS / cell_seconds, size / FEWEST_TILES, LARGEST_TILE, LARGEST_TILE_BYTES / plan.sweep.cell_bytes
+    )
+    multiple = TILE_MULTIPLE if wanted >= TILE_MULTIPLE or plan.sweep.cell_bytes < 2**20 else 1
+    return max(1, round(wanted / multiple)) * multiple
+
+
+def spread(tiles: Iterable[Tile]) -> list[Tile]:
+    """Return tiles in an order of which any beginning is spread evenly over all of them.
+
+    Multiples of the golden ratio, so that what is done so far is a fair sample: of the time that is left, and of the
+    regions.
+    """
+    return sorted(tiles, key=lambda tile: (tile.index * 0.6180339887498949) % 1.0)
