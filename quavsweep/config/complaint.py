@@ -40,20 +40,23 @@ def explained(error: UnreadableError) -> ConfigError:
     A bracket that is closed too early or too late puts keys where they do not belong.
     """
     document = error.document
+    if not isinstance(document.tree, dict):
+        return error
     last = next(reversed(document.spots), ())
-    unread = {error.keys} if document.words.get(last) else {error.keys, last}
+    unread = () if document.words.get(last) else last
     try:
         Config.model_validate(document.tree)
     except ValidationError as invalid:
-        found = [c for c in _complaints(invalid, document) if c.keys not in unread and not c.absence]
+        found = [c for c in _complaints(invalid, document) if c.keys != unread and not c.absence]
     else:
         found = []
     if not found:
         return error
-    first = found[0]
-    cause = document.before(first.keys) if first.what.startswith("unknown key") else first.keys
-    possible = f"the cause may be {document.place.other(cause, error.keys)}: {dotted(first.keys)} {first.what}"
-    return ConfigError(error.what, error.where, possible)
+    wrong = found[0]
+    suspects = [document.before(wrong.keys), *(c.keys for c in found[:2])]
+    suspects = [keys for keys in dict.fromkeys(suspects) if keys and keys != error.keys]
+    named = " or ".join(document.place.other(keys, error.keys) for keys in suspects)
+    return ConfigError(error.what, error.where, f"the cause may be {named}; {dotted(wrong.keys)}: {wrong.what}")
 
 
 def _complaints(error: ValidationError, document: Document) -> list[Complaint]:
@@ -69,14 +72,21 @@ def _complaints(error: ValidationError, document: Document) -> list[Complaint]:
 def _complaint(item: Any, document: Document) -> Complaint:
     """Return an error of pydantic in words."""
     keys = tuple(key for key in item["loc"] if key != "[key]")
-    return WORDS.get(item["type"], _not_accepted)(keys, item, document)
+    comma = _decimal_comma(keys, item, document)
+    return comma or WORDS.get(item["type"], _not_accepted)(keys, item, document)
+
+
+def _decimal_comma(keys: Keys, item: Any, document: Document) -> Complaint | None:
+    """Return the complaint about `{duration: 400,5}`, which YAML reads as a duration of 400 and an empty key 5."""
+    before = document.before(keys)
+    is_number = keys and item["input"] is None and str(keys[-1]).isdecimal()
+    if not is_number or before[:-1] != keys[:-1] or kind_of(before) not in (int, float):
+        return None
+    what = f"{document.words.get(before)},{keys[-1]} is not accepted"
+    return Complaint(before, what, _possible(before, "decimals are written with a point"))
 
 
 def _unknown(keys: Keys, item: Any, document: Document) -> Complaint:
-    before = document.before(keys)
-    if str(keys[-1]).isdecimal() and before[:-1] == keys[:-1] and kind_of(before) is float:
-        given = f"{document.words.get(before)},{keys[-1]}"
-        return Complaint(before, f"{given} is not accepted", _possible(before, "decimals are written with a point"))
     possible = section_keys(keys[:-1])
     near = difflib.get_close_matches(str(keys[-1]), possible, 1)
     hint = f", did you mean {near[0]}?" if near else ""

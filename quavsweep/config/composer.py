@@ -64,15 +64,16 @@ class Composer:
             return self.root
         return self.levels[-1].last or self.levels[-1].keys
 
-    def refuse(self, keys: Keys, what: str, possible: str = "") -> NoReturn:
-        """Raise the error that names these keys."""
-        raise self.document.place.error(keys, what, possible)
+    def refuse(self, keys: Keys, what: str, possible: str = "", line: int = 0) -> NoReturn:
+        """Raise the error that names these keys, and the line of what is wrong if it is another one than theirs."""
+        other = f" (line {line})" if self.document.place.line(keys) not in (0, line) and line else ""
+        raise self.document.place.error(keys, what + other, possible)
 
     def _refuse_unprintable(self, keys: Keys, unprintable: Unprintable) -> NoReturn:
         """Raise the error that names these keys, without the substitute that one of them may hold."""
         clean = tuple(_readable(key) if isinstance(key, str) else key for key in keys)
         self.document.spots |= {clean: self.document.place.spot(keys)} if clean else {}
-        self.refuse(clean, unprintable.what)
+        self.refuse(clean, unprintable.what, line=unprintable.line)
 
     def feed(self, event: Event) -> None:
         """Take the next event."""
@@ -149,16 +150,17 @@ class Composer:
         """Refuse tags, anchors, aliases, endless scalars, depth, and what cannot be printed."""
         if self.unprintable and self.unprintable.index < event.end_mark.index:
             self._refuse_unprintable(keys, self.unprintable)
+        line = event.start_mark.line + 1
         if isinstance(event, AliasEvent) or event.anchor is not None:
-            self.refuse(keys, "anchors and aliases are not allowed", "write the value out")
+            self.refuse(keys, "anchors and aliases are not allowed", "write the value out", line)
         if isinstance(event, ScalarEvent | CollectionStartEvent) and event.tag is not None:
-            self.refuse(keys, "tags are not allowed", "write the value alone")
+            self.refuse(keys, "tags are not allowed", "write the value alone", line)
         if isinstance(event, ScalarEvent) and len(event.value) > MAX_SCALAR:
             what = f"{event.value[:10]}... has {len(event.value)} characters, which is too long"
-            self.refuse(keys, what, f"at most {MAX_SCALAR} characters")
+            self.refuse(keys, what, f"at most {MAX_SCALAR} characters", line)
         if len(self.levels) + len(self.root) >= MAX_DEPTH and isinstance(event, CollectionStartEvent):
             named = tuple(takewhile(lambda key: isinstance(key, str), keys))
-            self.refuse(named, f"nested deeper than {MAX_DEPTH}")
+            self.refuse(named, f"nested deeper than {MAX_DEPTH}", line=line)
 
 
 def _readable(key: str) -> str:

@@ -116,4 +116,5 @@ def _check_initial(config: Config, model: Model, place: Place) -> None:
         raise place.error(("initial",), "is missing", f"give {', '.join(missing)}, or vary them in axes")
     first, *others = missing
     named = f", so {'is' if len(others) == 1 else 'are'} {', '.join(others)}" if others else ""
-    raise place.error(("initial", first), f"is missing{named}", f"give it here, or vary it as axes.{first}")
+    axes = f" in {place.other(('axes',), ('initial', first))}" if place.has(("axes",)) else ""
+    raise place.error(("initial", first), f"is missing{named}", f"give it here, or vary it as axes.{first}{axes}")

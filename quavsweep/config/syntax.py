@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from ruamel.yaml import YAML
@@ -30,6 +30,7 @@ SENTENCES = (
     ("expected <block end>", "{found} does not belong here; mind brackets and indentation"),
     ("expected '<document start>'", "{found} does not belong here; mind brackets and indentation"),
     ("expected the node content", "a value is expected, not {found}"),
+    ("expected escape sequence", "what stands after a \\ is not complete; single quotes take a \\ as it is"),
     ("found unknown escape character", "{found} is not known after a \\; single quotes take a \\ as it is"),
     ("found undefined tag handle", "tags are not allowed"),
 )
@@ -68,7 +69,7 @@ def syntax_error(error: MarkedYAMLError, text: str, composer: Composer) -> Confi
     index = len(text) if piece is None else piece.index
     if unprintable and unprintable.index <= index:
         before = read_until(text, unprintable.index, composer)
-        return before.document.place.error(before.keys, unprintable.what)
+        before.refuse(before.keys, unprintable.what, line=unprintable.line)
     return Suspect(error, text, read_until(text, index, composer)).error()
 
 
@@ -142,7 +143,7 @@ class Suspect:
         if word and not KEY.match(lines[above]):
             return self._named(word.group(2), above, self.before.keys, "has no ': ' after it")
         section = self.before.levels[-1].keys if self.before.levels else self.before.root
-        return self._named(here.group(2), self.mark.line, section, "is indented further than", self.before.keys)
+        return self._named(here.group(2), self.mark.line, section, "is indented further than", [self.before.keys])
 
     def _at_key(self) -> ConfigError | None:
         """A key that begins where the parser failed."""
@@ -151,12 +152,16 @@ class Suspect:
             return None
         colon_missing = "could not find expected ':'" in self.problem
         word = (WORD if colon_missing else KEY).match(self.text, self.piece.index)
-        if word is None:
+        if word is None and not colon_missing:
             return None
-        section, neighbour = self._section(self.piece.column)
+        section, neighbours = self._section(self.piece.column)
+        name, what = word.group(2) if word else None, self._sentence()
         if "<block mapping start>" in self.problem:
-            return self._named(word.group(2), self.piece.line, section, "is not indented like", neighbour)
-        return self._named(word.group(2), self.piece.line, section, self._sentence())
+            what, beside = f"is not indented like{' its neighbours' * (not neighbours)}", neighbours
+        else:
+            beside = [self.before.keys] if colon_missing and self.before.keys else []
+            what += "; the key before it is" if beside else ""
+        return self._named(name, self.piece.line, section, what, beside)
 
     def _innermost(self) -> ConfigError:
         """The key that was being read; after a bracket that closes too much, the key before that bracket."""
@@ -169,25 +174,27 @@ class Suspect:
         error = document.place.error(keys, self._sentence() + self._where(keys))
         return UnreadableError(error, self.before.document, keys)
 
-    def _named(self, word: str, line: int, section: Keys, what: str, beside: Keys = ()) -> ConfigError:
-        """Return the error of a key that the parser has not accepted as one; it may be compared with another."""
-        keys = (*section, word)
+    def _named(self, word: str | None, line: int, section: Keys, what: str, beside: Sequence[Keys] = ()) -> ConfigError:
+        """Return the error of a key that the parser has not accepted as one; it may be compared with others."""
+        keys = section if word is None else (*section, word)
         place = Place(self.place.start, self.place.spots | {keys: self.place.start.at(line + 1)})
-        compared = f" {place.other(beside, keys)}" if beside else ""
-        return UnreadableError(place.error(keys, what + compared), self.before.document, keys)
+        compared = " or ".join(place.other(other, keys) for other in beside)
+        return UnreadableError(place.error(keys, f"{what} {compared}".strip()), self.before.document, keys)
 
     def _unreadable(self, keys: Keys, what: str) -> ConfigError:
         """Return the error of a key that the parser has accepted."""
         return UnreadableError(self.place.error(keys, what), self.before.document, keys)
 
-    def _section(self, column: int) -> tuple[Keys, Keys]:
-        """Return the mapping to which a key in this column belongs, and the key that is indented a little more."""
+    def _section(self, column: int) -> tuple[Keys, list[Keys]]:
+        """Return the mapping to which a key in this column belongs, and the keys indented a little less and more."""
         levels = [level for level in self.before.levels if isinstance(level.node, dict)]
         if "\\t" in self.problem:
-            return (levels[-1].keys if levels else self.before.root), ()
+            last = self.before.keys
+            return (last if self.before.document.words.get(last) == "" or not levels else levels[-1].keys), []
         fitting = [level for level in levels if level.flow or level.column <= column]
-        deeper = [level.last for level in levels if level not in fitting and level.last]
-        return (fitting[-1].keys if fitting else self.before.root), (deeper[0] if deeper else self.before.keys)
+        deeper = [level.last for level in levels if level not in fitting]
+        near = [fitting[-1].last if fitting else None, deeper[0] if deeper else None]
+        return (fitting[-1].keys if fitting else self.before.root), [keys for keys in near if keys]
 
     def _where(self, keys: Keys) -> str:
         """Return the line where the parser failed, if it is not the key's."""
@@ -196,8 +203,8 @@ class Suspect:
 
     def _sentence(self) -> str:
         """Return the parser's problem in words."""
-        found = re.search(r"(?<=found character )'.+?'(?= that)|'[^']+'\W*$", self.problem)
-        shown = found.group().rstrip(",)").replace("<stream end>", "the end of the text") if found else "what follows"
+        found = re.search(r"(?:found character|found|got) \(?('.+?')", self.problem)
+        shown = found.group(1).replace("'<stream end>'", "the end of the text") if found else "what follows"
         for problem, sentence in SENTENCES:
             if problem in self.problem:
                 return sentence.format(found=shown)

@@ -12,9 +12,10 @@ SUBSTITUTE = "\ufffd"
 
 @dataclass(frozen=True)
 class Unprintable:
-    """The first such character of a text: its index, and what is wrong with it."""
+    """The first such character of a text: its index, its line (from 1), and what is wrong with it."""
 
     index: int
+    line: int
     what: str
 
 
@@ -28,10 +29,11 @@ def printable(text: str) -> tuple[str, Unprintable | None]:
     found = UNPRINTABLE.search(text)
     if found is None:
         return text, None
-    return UNPRINTABLE.sub(SUBSTITUTE, text), Unprintable(found.start(), _what(ord(found.group())))
+    line = text.count("\n", 0, found.start()) + 1
+    return UNPRINTABLE.sub(SUBSTITUTE, text), Unprintable(found.start(), line, _what(ord(found.group())))
 
 
 def _what(code: int) -> str:
     if 0xDC80 <= code <= 0xDCFF:
-        return f"the byte 0x{code - 0xDC00:02x} here is not UTF-8 text"
-    return f"the character U+{code:04X} here is not allowed"
+        return f"the byte 0x{code - 0xDC00:02x} is not UTF-8 text"
+    return f"the character U+{code:04X} is not allowed"
