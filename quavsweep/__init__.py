@@ -7,21 +7,52 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from quavsweep.config import Sweep, load_sweep
-    from quavsweep.plot import draw
+    from quavsweep.cli.progress import show_progress
+    from quavsweep.config import Sweep, load_sweep, parse_sweep
+    from quavsweep.plot import draw, draw_point, make_figure, make_point_figure
+    from quavsweep.point import Point, compute_point
     from quavsweep.result import Result, open_result
-    from quavsweep.sweep import run_sweep
+    from quavsweep.sweep import reclassify, run_sweep
 
 _HOMES = {
-    "Sweep": "quavsweep.config",
-    "load_sweep": "quavsweep.config",
-    "run_sweep": "quavsweep.sweep",
+    "Point": "quavsweep.point",
     "Result": "quavsweep.result",
-    "open_result": "quavsweep.result",
+    "Sweep": "quavsweep.config",
+    "compute_point": "quavsweep.point",
     "draw": "quavsweep.plot",
+    "draw_point": "quavsweep.plot",
+    "load_sweep": "quavsweep.config",
+    "make_figure": "quavsweep.plot",
+    "make_point_figure": "quavsweep.plot",
+    "open_result": "quavsweep.result",
+    "parse_sweep": "quavsweep.config",
+    "reclassify": "quavsweep.sweep",
+    "run_sweep": "quavsweep.sweep",
+    "show_progress": "quavsweep.cli.progress",
 }
 
-__all__ = ["Result", "Sweep", "__version__", "draw", "load_sweep", "open_result", "run_sweep"]
+__all__ = [
+    "Point",
+    "Result",
+    "Sweep",
+    "__version__",
+    "compute_point",
+    "draw",
+    "draw_point",
+    "load_sweep",
+    "make_figure",
+    "make_point_figure",
+    "open_result",
+    "parse_sweep",
+    "reclassify",
+    "run_sweep",
+    "show_progress",
+]
+
+
+def __dir__() -> list[str]:
+    """Return the public names, for completion."""
+    return __all__
 
 
 def __getattr__(name: str) -> Any:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -39,13 +41,23 @@ def test_run_status_plot_verify(config: Path, tmp_path: Path) -> None:
     assert {path.name for path in out.iterdir()} == {
         *("config.yaml", "lock", "map.png", "result.h5", "run.json", "shards")
     }
-    assert "result  results/small/result.h5" in done.stdout
-    assert done.stderr.splitlines() == [line for line in done.stderr.splitlines() if line.startswith("small: ")]
+    rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    assert rows["sweep"] == "small: quadrotor_yaw, Omega1 9 x c 5 = 45 cells"
+    assert rows["result"] == "results/small/result.h5"
+    assert rows["map"] == "results/small/map.png"
+    assert re.fullmatch(r"sums of exponents miss the divergence by \S+ 1/s at most", rows["self-check"])
+    assert len(done.stdout.splitlines()) <= 20
+    assert all(len(line) <= 80 for line in done.stdout.splitlines())
+    assert done.stderr == ""
 
     status = _run("status", "results/small", cwd=tmp_path)
     assert status.returncode == 0
-    assert "tiles   2 of 2 done (100.0 % of the cells)" in status.stdout
+    assert "2 of 2 done (100.0 % of cells)" in status.stdout
     assert "sink" in status.stdout
+    told = json.loads(_run("status", "results/small", "--json", cwd=tmp_path).stdout)
+    assert told["complete"] is True
+    assert sum(told["regions"].values()) == 45
+    assert "complete" in _run("status", "results/small", "--watch", cwd=tmp_path).stdout
 
     verify = _run("verify", "results/small", cwd=tmp_path)
     assert verify.returncode == 0
@@ -87,7 +99,20 @@ def test_verify_finds_damage_and_run_repairs_it(config: Path, tmp_path: Path) ->
         (("run", "small.yaml", "--out", "/proc/x"), 74, "/proc/x: cannot be written"),
         (("status", "."), 2, "is not the folder of a run"),
         (("verify", "none"), 2, "is not the folder of a run"),
-        (("plot", "none"), 2, "neither a result file nor the folder of a run"),
+        (("plot", "none"), 2, "is not the folder of a run"),
+        (("run", "small.yaml", "--out", ""), 2, "is not a path"),
+        (("run", "small.yaml", "--set", "axes.c.num=x"), 2, "--set axes.c.num=x: axes.c.num"),
+        (("run", "small.yaml", "--set", "axes"), 2, "KEY=VALUE"),
+        (("run", "small.yaml", "--max-time", "soon"), 2, "e.g. 3h50m"),
+        (("point", "small.yaml", "Omega1=100"), 2, "c has no value; give Omega1=..., c=..."),
+        (("point", "small.yaml", "Omega1"), 2, "is not KEY=NUMBER"),
+        (("point", "none.yaml", "c=5"), 2, "cannot be read"),
+        (("classify", "."), 2, "is not the folder of a run"),
+        (("export", ".", "region"), 2, "give --csv or --nc"),
+        (("export", "none", "--csv", "region"), 2, "is not the folder of a run"),
+        (("init", "lorentz"), 2, "there is no model lorentz"),
+        (("init", "--out", "small.yaml"), 2, "small.yaml: exists already"),
+        (("init", "--out", "/proc/x/y.yaml"), 74, "cannot be written"),
         (("plot", "small.yaml"), 2, "is not a result file"),
         (("sing",), 2, "No such command 'sing'"),
     ],
@@ -165,6 +190,63 @@ def test_a_signal_stops_the_run_and_it_goes_on(config: Path, number: signal.Sign
         assert _run("run", config, "--no-plot", cwd=config.parent).returncode == 0
 
 
+def test_max_time_stops_the_run_and_it_goes_on(config: Path) -> None:
+    config.write_text(YAW.replace("num: 9", "num: 60").replace("num: 5", "num: 40").replace("600", "6000"))
+    words = ["run", config, "--no-plot", "--max-time", "1.5s"]
+    done = _run(*words, cwd=config.parent)
+    assert done.returncode == 75, done.stderr
+    assert "the same command continues it" in done.stderr
+    status = _run("status", "results/small", cwd=config.parent)
+    assert "nobody is running it" in status.stdout
+    watch = _run("status", "results/small", "--watch", cwd=config.parent)
+    assert watch.returncode == 75
+
+
+def test_a_dry_run_says_what_a_run_would_do(config: Path) -> None:
+    done = _run("run", config, "--dry-run", "--set", "axes.c.num=9", cwd=config.parent)
+    assert done.returncode == 0, done.stderr
+    assert "= 81 cells" in done.stdout
+    assert re.search(r"tiles +0 valid, 3 missing, 0 bad", done.stdout)
+    assert re.search(r"time +about \S+ s with 2 workers", done.stdout)
+    assert not (config.parent / "results").exists()
+
+
+def test_one_cell_is_that_of_the_map(config: Path) -> None:
+    assert _run("run", config, "--no-plot", cwd=config.parent).returncode == 0
+    done = _run("point", "results/small", "Omega1=275", "c=5", cwd=config.parent)
+    assert done.returncode == 0, done.stderr
+    assert "cell [4, 2]: equal to the bit" in done.stdout
+    assert (config.parent / "results" / "small" / "point.png").stat().st_size > 5000
+    assert all(len(line) <= 80 for line in done.stdout.splitlines())
+    beside = _run("point", config, "Omega1=276", "c=5", "--no-plot", cwd=config.parent)
+    assert "none of the grid" in beside.stdout
+
+
+def test_labels_tables_and_templates(config: Path) -> None:
+    assert _run("run", config, "--no-plot", cwd=config.parent).returncode == 0
+    done = _run("classify", "results/small", "--set", "classify.neutral=1", cwd=config.parent)
+    assert done.returncode == 0, done.stderr
+    assert "nothing had to be integrated" in done.stdout
+    table = _run("export", "results/small", "--csv", "region", "lyapunov", "--out", "-", cwd=config.parent)
+    assert table.stdout.startswith("Omega1,c,region,lyapunov_1,lyapunov_2,lyapunov_3\n50.0,3.0,sink,-0.02")
+    assert len(table.stdout.splitlines()) == 46
+    assert _run("export", "results/small", "--nc", "region", cwd=config.parent).stdout == "results/small/region.nc\n"
+    assert _run("init", "lorenz", cwd=config.parent).returncode == 0
+    assert _run("run", "lorenz.yaml", "--dry-run", cwd=config.parent).returncode == 0
+    schema = _run("schema", cwd=config.parent)
+    assert json.loads(schema.stdout)["title"] == "quavsweep config"
+
+
+def test_completion_for_shells(tmp_path: Path) -> None:
+    environment = {
+        **os.environ,
+        "_QUAVSWEEP_COMPLETE": "bash_complete",
+        "COMP_WORDS": "quavsweep st",
+        "COMP_CWORD": "1",
+    }
+    assert "status" in _run(cwd=tmp_path, env=environment).stdout
+
+
 def test_a_terminal_shows_a_bar(config: Path) -> None:
     main, side = pty.openpty()
     termios.tcsetwinsize(side, (24, 80))
@@ -179,7 +261,7 @@ def test_a_terminal_shows_a_bar(config: Path) -> None:
     os.close(main)
     assert child.returncode == 0, shown
     assert b"45/45 cells" in shown
-    assert "result  results/small/result.h5" in stdout
+    assert "results/small/result.h5" in stdout
 
 
 def test_machine_code_that_is_damaged_is_made_again(config: Path, tmp_path: Path) -> None:
@@ -217,7 +299,7 @@ def test_help_loads_nothing_heavy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert "quavsweep run configs/omega_c.yaml" in done.stdout
+    assert "quavsweep run quadrotor_yaw.yaml" in done.stdout
 
 
 def test_output_that_nobody_reads(config: Path) -> None:

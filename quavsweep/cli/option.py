@@ -19,7 +19,7 @@ class PathType(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path."""
-        if not str(value).strip() or str(value) == ".." or "\0" in str(value):
+        if not str(value).strip() or "\0" in str(value):
             self.fail("is not a path", param, ctx)
         return super().convert(value, param, ctx)
 

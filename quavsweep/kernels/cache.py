@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
 import stat
 import tempfile
 from functools import cache
@@ -26,7 +28,9 @@ def cache_folder() -> Path:
                 return folder
     except OSError:
         pass
-    return Path(tempfile.mkdtemp(prefix="quavsweep-"))
+    private = Path(tempfile.mkdtemp(prefix="quavsweep-"))
+    atexit.register(shutil.rmtree, private, ignore_errors=True)
+    return private
 
 
 def write_once(path: Path, text: str) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from quavsweep.errors import DamageError
+from quavsweep.errors import DamageError, DiskError
 from quavsweep.grid import Grid
 from quavsweep.measures import Variable
 from quavsweep.store.publish import is_sealed, publish_hdf5
@@ -206,7 +206,9 @@ def read_result(path: Path, names: Container[str] | None = None) -> Stored:
     Raises
     ------
     DamageError
-        If it cannot be read, or its content is not what was written.
+        If its content is not what was written.
+    DiskError
+        If it may not be read.
     """
     try:
         if not is_sealed(path):
@@ -224,6 +226,8 @@ def read_result(path: Path, names: Container[str] | None = None) -> Stored:
             good = names is not None or stored.file_attributes.get(_DIGEST) == _content_digest(file, digests)
     except FileNotFoundError:
         raise
+    except PermissionError as error:
+        raise DiskError(f"cannot be read: {error.strerror}", str(path)) from error
     except (OSError, KeyError, ValueError, RuntimeError, TypeError, AttributeError, IndexError) as error:
         raise DamageError("cannot be read as a result file", str(path), REBUILD) from error
     if not good:

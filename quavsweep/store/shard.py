@@ -12,7 +12,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from quavsweep.errors import DamageError
+from quavsweep.errors import DamageError, DiskError
 from quavsweep.grid import Tile
 from quavsweep.measures import Variable
 from quavsweep.store.publish import publish_hdf5
@@ -113,6 +113,8 @@ def read_shard(
     """
     try:
         data = shard.path.read_bytes()
+    except PermissionError as error:
+        raise DiskError(f"cannot be read: {error.strerror}", str(shard.path)) from error
     except OSError as error:
         raise DamageError(f"cannot be read: {error.strerror}", str(shard.path)) from error
     if hashlib.sha256(data).hexdigest() != shard.sha256:
