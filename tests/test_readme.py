@@ -1,0 +1,97 @@
+"""The README: every command and example in it is run as written, on thumbnails of the shipped configs."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from quavsweep.config import parse_sweep
+from quavsweep.kernels.derive import derive
+from quavsweep.models import NAMES, Model
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text()
+SETUP = re.compile(r"<!-- (?:first|test) command -->\n```sh\n.*?```", re.DOTALL)
+# Fewer values per axis; nothing else is changed.
+THUMBNAILS = {"num: 451": "num: 16", "num: 201": "num: 9", "num: 1117": "num: 24"}
+
+
+def _blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", SETUP.sub("", README), re.DOTALL | re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the shipped configs on thumbnail grids."""
+    folder = tmp_path_factory.mktemp("readme")
+    shutil.copytree(ROOT / "configs", folder / "configs")
+    for path in (folder / "configs").glob("*.yaml"):
+        text = path.read_text()
+        for number, fewer in THUMBNAILS.items():
+            text = text.replace(number, fewer)
+        path.write_text(text)
+    return folder
+
+
+@pytest.mark.timeout(600)
+def test_every_command_works_as_written(folder: Path) -> None:
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    commands = [line for block in _blocks("sh") for line in block.splitlines() if line.strip()]
+    assert len(commands) > 15
+    for command in commands:
+        done = subprocess.run(
+            ["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+        assert "Traceback" not in done.stderr, command
+        assert all(len(line) <= 80 for line in done.stdout.splitlines()) or "help" in command, command
+    for name in ("results/omega_c/map.png", "results/omega_c/point.png", "results/omega_c/settle.pdf", "line.png"):
+        assert (folder / name).stat().st_size > 3000, name
+
+
+def test_the_examples_in_python_work_as_written(folder: Path) -> None:
+    pytest.importorskip("xarray")
+    scripts = [block for block in _blocks("python") if "import quavsweep\n" in block]
+    assert scripts
+    for script in scripts:
+        done = subprocess.run([sys.executable, "-c", script], cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+
+def test_the_example_of_a_model_is_one() -> None:
+    (text,) = (block for block in _blocks("python") if "MODEL = Model(" in block)
+    names: dict[str, object] = {"__name__": "rossler"}
+    exec(compile(text, "rossler.py", "exec"), names)
+    model = names["MODEL"]
+    assert isinstance(model, Model)
+    assert len(text.splitlines()) <= 22
+    program = derive(model)
+    values = program.evaluate(
+        program.rhs, dict(zip((*program.states, *program.parameters), (1.0, 2.0, 3.0, 0.2, 0.2, 5.7), strict=True))
+    )
+    assert values == pytest.approx([-5.0, 1.4, 0.2 + 3 * (1 - 5.7)])
+
+
+def test_the_example_of_a_config_is_one() -> None:
+    (text,) = _blocks("yaml")
+    assert not parse_sweep(text).warnings
+
+
+def test_setting_up_is_tested_on_every_push() -> None:
+    script = (ROOT / ".ci" / "run").read_text()
+    for name in ("first command", "test command"):
+        assert f"<!-- {name} -->" in README
+        assert name in script
+
+
+def test_pictures_and_models_that_are_named_exist() -> None:
+    for picture in re.findall(r"!\[.*?\]\((.*?)\)", README):
+        assert (ROOT / picture).is_file(), picture
+    for name in NAMES:
+        assert f"`{name}`" in README
