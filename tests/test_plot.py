@@ -13,9 +13,8 @@ from matplotlib.colors import to_rgb
 from quavsweep.codes import REGION, Region
 from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import ConfigError
-from quavsweep.plot import draw
-from quavsweep.plot.figure import make_figure
-from quavsweep.plot.region_map import axis_is_log, edges
+from quavsweep.plot import draw, make_figure
+from quavsweep.plot.scale import axis_is_log, edges
 from quavsweep.plot.style import label, unit_text
 from quavsweep.result import Result, open_result
 from quavsweep.store import Stored
@@ -112,12 +111,13 @@ def test_one_axis_is_a_line(tmp_path: Path, make_sweep: Callable[..., Sweep]) ->
     assert axes.get_xlabel() == r"$\rho$"
 
 
-@pytest.mark.parametrize("axes", ["{}", "{Ix: {values: [4e-3]}, Omega1: {values: [90]}, c: {values: [5]}}"])
-def test_a_result_that_no_figure_suits_is_named(tmp_path: Path, axes: str) -> None:
+def test_more_than_two_axes_are_too_many(tmp_path: Path) -> None:
     head, tail = YAW.split("axes:")[0], YAW.split("num: 5}\n")[1]
+    axes = "{Ix: {values: [4e-3]}, Omega1: {values: [90]}, c: {values: [5]}}"
     result = open_result(run_sweep(parse_sweep(f"{head}axes: {axes}\n{tail}"), tmp_path))
-    with pytest.raises(ConfigError, match="needs one or two axes"):
+    with pytest.raises(ConfigError, match=r"at most two axes, this sweep has 3: Ix, Omega1, c; .* --at KEY=VALUE"):
         draw(result, tmp_path / "x.png")
+    assert make_figure(result.at(Ix=4e-3)).axes[0].get_xlabel() == r"$\Omega_1$ ($\mathrm{rad}\,\mathrm{s}^{-1}$)"
 
 
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])

@@ -1,74 +1,132 @@
-"""Drawing a result into a file: which figure suits it, and in which format."""
+"""Which figure suits a result, and writing figures into files."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
 from quavsweep.errors import ConfigError, DiskError
-from quavsweep.plot.line import draw_line
-from quavsweep.plot.region_map import draw_largest, draw_regions
-from quavsweep.plot.style import PANEL, style
+from quavsweep.plot.cell import make_cell_figure
+from quavsweep.plot.colour import Limits
+from quavsweep.plot.comparison import compare
+from quavsweep.plot.line import make_line_figure
+from quavsweep.plot.map import make_map_figure
+from quavsweep.plot.point import make_point_figure
+from quavsweep.plot.style import style
 
 if TYPE_CHECKING:
+    from quavsweep.point import Point
     from quavsweep.result import Result
 
-FORMATS = (".png", ".pdf", ".svg")
+FORMATS = {".png": None, ".pdf": "CreationDate", ".svg": "Date"}  # with the key of the time, which is left out
 
 
-def make_figure(result: Result) -> Figure:
-    """Return the figure that suits a result.
+def make_figure(
+    results: Result | Sequence[Result],
+    *,
+    variables: Sequence[str] = (),
+    limits: Limits | None = None,
+    overlays: Sequence[str] = (),
+) -> Figure:
+    """Return the figure that suits a result, or one that compares several.
 
-    Two axes: maps of region and largest exponent. One axis: exponents along it, over a band of regions.
+    Two axes give maps, one gives panels along it, none the orbit or the numbers of the cell.
+
+    Parameters
+    ----------
+    results : Result, or sequence of them
+        Several must have the same number of axes.
+    variables : sequence of str
+        What the panels show, such as `region`, `lyapunov.2`, `final_state.p`; by default what says most.
+    limits : (float, float), optional
+        Of the colours of maps, or of the vertical axis of other figures.
+    overlays : sequence of str
+        Curves, each an equation in the names of axes and parameters or the path of a CSV file, with a label and a
+        colon in front if wanted.
 
     Raises
     ------
     ConfigError
-        If the sweep has no axis, or more than two.
+        If there is no such variable or curve, the limits do not ascend, or the sweep has more than two axes.
     """
-    count = len(result.sweep.grid.axes)
-    if count not in (1, 2):
-        raise ConfigError(
-            f"a figure needs one or two axes, this sweep has {count}", possible="its numbers are in result.h5"
-        )
-    with_exponents = "lyapunov" in result
+    runs = list(results) if isinstance(results, Sequence) else [results]
+    if limits is not None and not limits[0] < limits[1]:
+        raise ConfigError(f"limits must ascend, {limits[0]:g} to {limits[1]:g} does not")
+    count = _axes_count(runs)
     with style():
-        columns = 2 if count == 2 and with_exponents else 1
-        figure = Figure(figsize=(PANEL[0] * columns, PANEL[1]), layout="constrained")
-        axes = figure.subplots(1, columns, squeeze=False)[0]
-        if count == 1:
-            draw_line(axes[0], result)
-        else:
-            draw_regions(axes[0], result)
-            if with_exponents:
-                draw_largest(figure, axes[1], result)
-    return figure
+        if len(runs) > 1:
+            return compare(runs, variables, limits, overlays)
+        return (make_cell_figure, make_line_figure, make_map_figure)[count](runs[0], variables, limits, overlays)
 
 
-def draw(result: Result, path: Path | str) -> Path:
-    """Draw a result into a PNG, PDF or SVG file and return its path.
+def _axes_count(runs: Sequence[Result]) -> int:
+    """Return how many axes all results have."""
+    if not runs:
+        raise ConfigError("there is no result to draw")
+    counts = sorted({len(run.sweep.grid.axes) for run in runs})
+    if len(counts) > 1:
+        raise ConfigError(f"results with {' and '.join(map(str, counts))} axes do not fit into one figure")
+    for run in runs:
+        names = [axis.name for axis in run.sweep.grid.axes]
+        if len(names) > 2:
+            what = f"a figure has at most two axes, this sweep has {len(names)}: {', '.join(names)}"
+            raise ConfigError(what, possible="choose values of the others with --at KEY=VALUE")
+    return counts[0]
+
+
+def draw(
+    results: Result | Sequence[Result],
+    path: Path | str,
+    *,
+    variables: Sequence[str] = (),
+    limits: Limits | None = None,
+    overlays: Sequence[str] = (),
+) -> Path:
+    """Draw results, as `make_figure` does, into a PNG, PDF or SVG file and return its path.
 
     Raises
     ------
     ConfigError
-        If the format is not known, or no figure suits the result.
+        If the format is not known, or no figure suits what is asked for.
     DiskError
         If the file cannot be written.
     """
+    path = _validate_path(path)
+    return _write(make_figure(results, variables=variables, limits=limits, overlays=overlays), path)
+
+
+def draw_point(point: Point, path: Path | str) -> Path:
+    """Draw a single cell into a PNG, PDF or SVG file and return its path.
+
+    Raises
+    ------
+    ConfigError
+        If the format is not known.
+    DiskError
+        If the file cannot be written.
+    """
+    path = _validate_path(path)
+    return _write(make_point_figure(point), path)
+
+
+def _validate_path(path: Path | str) -> Path:
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise ConfigError(
             f"no figure can be written as {path.suffix or 'a file without suffix'}", str(path), "use .png, .pdf or .svg"
         )
-    figure = make_figure(result)
-    metadata = (
-        {} if path.suffix.lower() == ".png" else {"Date" if path.suffix.lower() == ".svg" else "CreationDate": None}
-    )
+    return path
+
+
+def _write(figure: Figure, path: Path) -> Path:
+    """Write a figure into a file, the same bytes each time."""
+    date = FORMATS[path.suffix.lower()]
     try:
         with style():
-            figure.savefig(path, metadata=metadata)
+            figure.savefig(path, metadata={date: None} if date else {})
     except OSError as error:
         raise DiskError(f"cannot be written: {error.strerror or error}", str(path)) from error
     return path

@@ -1,0 +1,147 @@
+"""Figures of a sweep without axes: its orbit, its return plot, or its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.gridspec import GridSpec
+
+from quavsweep.codes import REGION, Region
+from quavsweep.errors import ConfigError
+from quavsweep.plot.catalogue import Catalogue
+from quavsweep.plot.colour import Limits
+from quavsweep.plot.nearest import nearest
+from quavsweep.plot.orbit import add_orbit, orbit_height
+from quavsweep.plot.orbit_diagram import sampled_state, samples_text
+from quavsweep.plot.overlay import make_curves
+from quavsweep.plot.scale import set_values
+from quavsweep.plot.style import PANEL, measured, number, rate_unit, symbol, unit_text
+from quavsweep.plot.title import LINE, cell_title
+from quavsweep.plot.trace import Trace
+
+if TYPE_CHECKING:
+    from quavsweep.result import Result
+
+WRITTEN = 0.16  # inches of a line
+WRITTEN_OUT = 3  # exponents at most whose values fit beside each other
+
+
+def make_cell_figure(
+    result: Result, variables: Sequence[str], limits: Limits | None, overlays: Sequence[str]
+) -> Figure:
+    """Return the orbit and the return plot of the only cell, or its exponents if neither was recorded."""
+    make_curves(overlays, [result.sweep])
+    shown = _chosen(result, variables)
+    others = [part for part in shown if part != "orbit"]
+    trace = _trace(result) if "orbit" in shown else None
+    columns = max(2 if trace else 1, len(others))
+    lower = PANEL[1] if others != ["final_state"] else WRITTEN * (len(result.sweep.model.states) + 3)
+    heights = [*([orbit_height(trace)] if trace else []), *([lower] if others else [])]
+    title = _title(result, PANEL[0] * columns)
+    height = sum(heights) + LINE * (title.count("\n") + 1)
+    figure = Figure(figsize=(PANEL[0] * columns, height), layout="constrained")
+    figure.suptitle(title, fontsize=8)
+    rows = GridSpec(len(heights), 1, figure, height_ratios=heights)
+    if trace:
+        add_orbit(figure, rows[0], trace)
+    places = rows[-1].subgridspec(1, columns)
+    for i, part in enumerate(others):
+        draw_part(figure.add_subplot(places[i]), result, part, limits)
+    return figure
+
+
+def region_text(result: Result) -> str:
+    """Return what the orbit of the only cell does in the end."""
+    return REGION[int(result["region"])].meaning
+
+
+def default_parts(result: Result) -> list[str]:
+    """Return what is drawn of a result without axes if nothing is asked for."""
+    possible = possible_parts(result)
+    if "orbit" in possible and "samples" in possible:
+        return possible[:3]
+    return possible[:1]
+
+
+def possible_parts(result: Result) -> list[str]:
+    """Return what can be drawn of a result without axes."""
+    return [*(name for name in ("orbit", "samples", "lyapunov") if name in result), "final_state"]
+
+
+def _chosen(result: Result, variables: Sequence[str]) -> list[str]:
+    possible = possible_parts(result)
+    for name in variables:
+        if name not in possible:
+            hint = nearest(name, possible)
+            raise ConfigError(f"no variable {name} to draw{hint}", possible=f"possible are {', '.join(possible)}")
+    return list(variables) or default_parts(result)
+
+
+def _trace(result: Result) -> Trace:
+    equilibrium = result["equilibrium"] if int(result["region"]) == Region.SINK else None
+    return Trace(result.sweep.model, result["time"], result["orbit"], result.sweep.clock.transient, equilibrium)
+
+
+def draw_part(axes: Axes, result: Result, part: str, limits: Limits | None = None) -> None:
+    """Draw `samples`, `lyapunov` or `final_state` of the only cell."""
+    draw: dict[str, Callable[[Axes, Result], None]] = {"samples": _draw_return, "lyapunov": _draw_exponents}
+    draw.get(part, _draw_state)(axes, result)
+    if limits is not None and part in draw:
+        axes.set_ylim(*limits)
+
+
+def _draw_return(axes: Axes, result: Result) -> None:
+    """Draw each sample against the one before."""
+    quantity = Catalogue(result, samples=True).find(f"samples.{sampled_state(result.sweep)}")
+    values, text = quantity.shown, samples_text(result, quantity)
+    axes.plot(values[:-1], values[1:], ls="", marker="o", ms=1.5, mew=0, color="black", rasterized=True)
+    axes.axline((0, 0), slope=1, color="0.6", lw=0.5, zorder=0.5)
+    finite = values[np.isfinite(values)]
+    if finite.size:
+        margin = 0.06 * np.ptp(finite) or 0.5
+        axes.set(
+            xlim=(finite.min() - margin, finite.max() + margin), ylim=(finite.min() - margin, finite.max() + margin)
+        )
+    axes.set_aspect("equal")
+    set_values(axes.xaxis, values, f"{text}, $n$th", quantity.unit)
+    set_values(axes.yaxis, values, f"{text}, $(n + 1)$th", quantity.unit)
+
+
+def _draw_exponents(axes: Axes, result: Result) -> None:
+    """Draw the exponents with bars of their standard errors."""
+    values, errors = result["lyapunov"], result["lyapunov_se"]
+    k = np.arange(1, len(values) + 1)
+    errors = np.where(np.isfinite(errors), errors, 0.0)
+    axes.errorbar(k, values, errors, ls="", marker="o", ms=3, color="black", capsize=2, elinewidth=0.8)
+    axes.axhline(0.0, color="0.3", lw=0.5, ls=":", zorder=0.5)
+    axes.set_xticks(k, _marked(values, errors))
+    axes.set_xlim(0.5, len(values) + 0.5)
+    set_values(axes.yaxis, values, r"$\lambda_k$", rate_unit(result.sweep.model))
+
+
+def _marked(values: np.ndarray, errors: np.ndarray) -> list[str]:
+    """Return the names of exponents, with their values where there is room for them."""
+    names = [rf"$\lambda_{{{k}}}$" for k in range(1, len(values) + 1)]
+    if len(values) > WRITTEN_OUT:
+        return names
+    return [f"{name}\n${measured(*pair)}$" for name, *pair in zip(names, values, errors, strict=True)]
+
+
+def _draw_state(axes: Axes, result: Result) -> None:
+    """Write the final state down."""
+    model = result.sweep.model
+    axes.set_axis_off()
+    names = [f"final {symbol(model, state.name)}" for state in model.states]
+    units = [unit_text(state.unit) for state in model.states]
+    values = [f"$= {number(value)}\\,{unit}$" for value, unit in zip(result["final_state"], units, strict=True)]
+    for x, align, texts in ((0.48, "right", names), (0.52, "left", values)):
+        axes.text(x, 0.5, "\n".join(texts), transform=axes.transAxes, ha=align, va="center")
+
+
+def _title(result: Result, width: float) -> str:
+    initial = [result.sweep.config.initial.get(name, 0.0) for name in result.sweep.model.state_names]
+    return cell_title(result.sweep, initial, int(result["region"]), width)

@@ -1,0 +1,36 @@
+"""States against time, under each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from quavsweep.plot.decimate import extremes
+from quavsweep.plot.scale import set_values
+from quavsweep.plot.style import symbol, with_unit
+from quavsweep.plot.trace import EARLY, LATE, MARK, Trace
+
+
+def draw_series(panels: Sequence[Axes], trace: Trace) -> None:
+    """Draw each state against time in a panel of its own, with the end of the transient marked."""
+    for i, (axes, state) in enumerate(zip(panels, trace.model.states, strict=True)):
+        values = trace.shown[:, i]
+        for part, colour in ((slice(0, trace.late + 1), EARLY), (slice(trace.late, None), LATE)):
+            kept = extremes(values[part])
+            axes.plot(trace.time[part][kept], values[part][kept], color=colour, lw=0.5)
+        if trace.transient_seen:
+            axes.axvline(trace.transient, color=MARK, lw=0.8, ls="--")
+        set_values(axes.yaxis, values, symbol(trace.model, state.name), state.unit)
+        axes.margins(x=0.0)
+        axes.label_outer()
+    panels[-1].set_xlabel(with_unit("$t$", trace.model.time_unit))
+
+
+def series_handles(trace: Trace) -> list[Artist]:
+    """Return a legend's line for the end of the transient, if it is drawn."""
+    if not trace.transient_seen:
+        return []
+    return [Line2D([], [], color=MARK, lw=0.8, ls="--", label="end of the transient")]

@@ -1,0 +1,45 @@
+"""What stands over the figure of a single cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from quavsweep.codes import REGION
+from quavsweep.config import Sweep
+from quavsweep.plot.style import number, symbol, text_length, unit_text
+
+PER_INCH = 15  # characters
+LINE = 0.16  # inches
+FEW = 3  # initial values that are written down even if they are zero
+
+
+def cell_title(sweep: Sweep, initial: Sequence[float], region: int, width: float) -> str:
+    """Return model, parameters that differ from its defaults, initial state and region, in lines of so many inches."""
+    model, parameters = sweep.model, sweep.parameters
+    changed = [
+        _assignment(symbol(model, name)[1:-1], parameters[name], model.quantity(name).unit)
+        for name, default in model.defaults.items()
+        if parameters[name] != default
+    ]
+    starts = [
+        _assignment(f"{state.symbol or state.name}(0)", value, state.unit)
+        for state, value in zip(model.states, initial, strict=True)
+        if value or len(initial) <= FEW
+    ]
+    return _lines([model.name.replace("_", " "), *changed, *starts, REGION[region].meaning], int(PER_INCH * width))
+
+
+def _assignment(name: str, value: float, unit: str) -> str:
+    """Return a quantity with its value and unit."""
+    unit = unit_text(unit)
+    return f"${name} = {number(value)}" + (rf"\,{unit}$" if unit else "$")
+
+
+def _lines(parts: list[str], width: int) -> str:
+    """Return parts of a title, with commas between them, in lines of at most so many characters."""
+    lines = [""]
+    for part in [*(f"{part}," for part in parts[:-1]), parts[-1]]:
+        if lines[-1] and text_length(lines[-1]) + text_length(part) >= width:
+            lines.append("")
+        lines[-1] += (" " if lines[-1] else "") + part
+    return "\n".join(lines)
