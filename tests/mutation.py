@@ -156,6 +156,15 @@ def _line(text: str, entry: Entry) -> int:
     return text.count("\n", 0, entry.key[0])
 
 
+def cut(rng: random.Random, text: str, entry: Entry) -> Any:
+    """Forget the bracket or quotation mark at the end of the value, or at its beginning."""
+    old = text[slice(*entry.value)]
+    if old[-1:] not in ("}", "]", '"', "'"):
+        return text, (entry.path,), (entry.key[0],)
+    new = rng.choice([old[:-1], old[1:]])
+    return _replaced(text, entry, new), (entry.path,), (entry.key[0], entry.value[0])
+
+
 def delete(rng: random.Random, text: str, entry: Entry) -> Any:
     """Leave the key and its value out."""
     begin, end = entry.key[0], entry.value[1]
@@ -282,6 +291,7 @@ MUTATIONS: dict[str, Mutation] = {
     "open": value_mutation(OPEN),
     "syntax": value_mutation(SYNTAX),
     "inside": put_inside,
+    "cut": cut,
     "delete": delete,
     "duplicate": duplicate,
     "misspell": misspell,
@@ -289,7 +299,7 @@ MUTATIONS: dict[str, Mutation] = {
     "punctuation": punctuation,
     "indentation": indentation,
 }
-OF_ITEMS = ("type", "number", "tag", "alias", "open", "syntax", "inside")
+OF_ITEMS = ("type", "number", "tag", "alias", "open", "syntax", "inside", "cut")
 
 
 def mutant(rng: random.Random, text: str) -> Mutant:

@@ -5,82 +5,74 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pydantic import ValidationError
 
 from quavsweep.config.expected import accepted, description, kind_of, section_keys
-from quavsweep.config.place import Document, Keys, dotted, escaped, quoted
-from quavsweep.config.schema import Config
-from quavsweep.config.syntax import UnreadableError
+from quavsweep.config.place import Document, Keys, escaped, quoted
 from quavsweep.errors import ConfigError
+
+UNKNOWN = "extra_forbidden"
+NO_MAPPING = frozenset(["dict_type", "model_type", "model_attributes_type"])
 
 
 @dataclass(frozen=True)
 class Complaint:
-    """One thing that is wrong: the key, what, what is possible, and whether it is only a key that is missing."""
+    """One thing that is wrong: the key, what, what is possible, and pydantic's type of the error."""
 
     keys: Keys
     what: str
     possible: str = ""
-    absence: bool = False
+    kind: str = ""
 
 
 def first_error(error: ValidationError, document: Document) -> ConfigError:
     """Return the error that comes first in the text, in words."""
-    first = _complaints(error, document)[0]
+    first = next(complaints(error, document))
     return document.place.error(first.keys, first.what, first.possible)
 
 
-def explained(error: UnreadableError) -> ConfigError:
-    """Return the error of a text that is not YAML, with what is wrong already with what was read of it.
-
-    A bracket that is closed too early or too late puts keys where they do not belong.
-    """
-    document = error.document
-    if not isinstance(document.tree, dict):
-        return error
-    last = next(reversed(document.spots), ())
-    unread = () if document.words.get(last) else last
-    try:
-        Config.model_validate(document.tree)
-    except ValidationError as invalid:
-        found = [c for c in _complaints(invalid, document) if c.keys != unread and not c.absence]
-    else:
-        found = []
-    if not found:
-        return error
-    wrong = found[0]
-    suspects = [document.before(wrong.keys), *(c.keys for c in found[:2])]
-    suspects = [keys for keys in dict.fromkeys(suspects) if keys and keys != error.keys]
-    named = " or ".join(document.place.other(keys, error.keys) for keys in suspects)
-    return ConfigError(error.what, error.where, f"the cause may be {named}; {dotted(wrong.keys)}: {wrong.what}")
-
-
-def _complaints(error: ValidationError, document: Document) -> list[Complaint]:
-    """Return all that is wrong, in the order of the text.
-
-    A misspelt key makes another one missing, which comes last: the misspelt one is what the user has to see.
-    """
+def complaints(error: ValidationError, document: Document, late: bool = True) -> Iterator[Complaint]:
+    """Yield what is wrong, in the order of the text; last, or not at all, what another mistake may be the reason of."""
     order = {keys: i for i, keys in enumerate(document.spots)}
-    found = [_complaint(item, document) for item in error.errors(include_url=False)]
-    return sorted(found, key=lambda c: (c.absence, max(order.get(c.keys[:n], 0) for n in range(len(c.keys) + 1))))
+
+    def rank(item: Any) -> tuple[bool, int]:
+        keys = _keys(item)
+        return _is_late(item), max(order.get(keys[:n], 0) for n in range(len(keys) + 1))
+
+    for item in sorted(error.errors(include_url=False), key=rank):
+        if late or not _is_late(item):
+            yield _complaint(item, document)
+
+
+def _is_late(item: Any) -> bool:
+    """Whether another mistake may be the reason.
+
+    A misspelt key makes another one missing; the keys of a section that is empty may be indented wrongly.
+    """
+    return item["type"] in ("missing", "value_error") or (item["type"] in NO_MAPPING and item["input"] is None)
+
+
+def _keys(item: Any) -> Keys:
+    return tuple(key for key in item["loc"] if key != "[key]")
 
 
 def _complaint(item: Any, document: Document) -> Complaint:
     """Return an error of pydantic in words."""
-    keys = tuple(key for key in item["loc"] if key != "[key]")
-    comma = _decimal_comma(keys, item, document)
-    return comma or WORDS.get(item["type"], _not_accepted)(keys, item, document)
+    found = _decimal_comma(_keys(item), item, document)
+    found = found or WORDS.get(item["type"], _not_accepted)(_keys(item), item, document)
+    return replace(found, kind=item["type"])
 
 
 def _decimal_comma(keys: Keys, item: Any, document: Document) -> Complaint | None:
     """Return the complaint about `{duration: 400,5}`, which YAML reads as a duration of 400 and an empty key 5."""
+    if item["input"] is not None or not keys or not isinstance(keys[-1], str) or not keys[-1].isdecimal():
+        return None
     before = document.before(keys)
-    is_number = keys and item["input"] is None and str(keys[-1]).isdecimal()
-    if not is_number or before[:-1] != keys[:-1] or kind_of(before) not in (int, float):
+    if before[:-1] != keys[:-1] or kind_of(before) not in (int, float):
         return None
     what = f"{document.words.get(before)},{keys[-1]} is not accepted"
     return Complaint(before, what, _possible(before, "decimals are written with a point"))
@@ -94,12 +86,15 @@ def _unknown(keys: Keys, item: Any, document: Document) -> Complaint:
 
 
 def _missing(keys: Keys, item: Any, document: Document) -> Complaint:
-    return Complaint(keys, "is missing", _possible(keys), absence=True)
+    return Complaint(keys, "is missing", _possible(keys))
 
 
 def _no_mapping(keys: Keys, item: Any, document: Document) -> Complaint:
     possible = section_keys(keys)
-    return Complaint(keys, "is not a mapping of keys", f"possible keys are {', '.join(possible)}" if possible else "")
+    colon = isinstance(item["input"], str) and ":" in item["input"]
+    what = f", {quoted(item['input'])} has no blank after the colon" if colon else ""
+    keys_of_it = f"possible keys are {', '.join(possible)}" if possible else ""
+    return Complaint(keys, f"is not a mapping of keys{what}", keys_of_it)
 
 
 def _relation(keys: Keys, item: Any, document: Document) -> Complaint:
@@ -132,11 +127,9 @@ def _possible(keys: Keys, hint: str = "") -> str:
 
 # Other types of pydantic's errors say what a value should be, and that is taken from the schema.
 WORDS: dict[str, Callable[[Keys, Any, Document], Complaint]] = {
-    "extra_forbidden": _unknown,
+    **dict.fromkeys(NO_MAPPING, _no_mapping),
+    UNKNOWN: _unknown,
     "missing": _missing,
-    "dict_type": _no_mapping,
-    "model_type": _no_mapping,
-    "model_attributes_type": _no_mapping,
     "value_error": _relation,
     "string_pattern_mismatch": _pattern,
 }

@@ -10,8 +10,9 @@ from pydantic import ValidationError
 
 from quavsweep.config.axes import check_domains, make_grid
 from quavsweep.config.change import apply_changes
-from quavsweep.config.complaint import explained, first_error
+from quavsweep.config.complaint import first_error
 from quavsweep.config.document import MAX_BYTES, read_config
+from quavsweep.config.explanation import explained
 from quavsweep.config.place import Keys, Place, quoted
 from quavsweep.config.relation import broken_relations
 from quavsweep.config.schema import Config

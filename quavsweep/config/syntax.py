@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from enum import Enum
 from typing import Any
 
 from ruamel.yaml import YAML
@@ -36,12 +37,20 @@ SENTENCES = (
 )
 
 
-class UnreadableError(ConfigError):
-    """A text that is not YAML; carries what was read before, and the keys that are named."""
+class Brackets(Enum):
+    """What seems to be wrong with the brackets of a text."""
 
-    def __init__(self, error: ConfigError, document: Document, keys: Keys) -> None:
+    FINE = "nothing"
+    OPEN = "one is not closed"
+    CLOSED_EARLY = "one is closed that was not opened, or too early"
+
+
+class UnreadableError(ConfigError):
+    """A text that is not YAML; carries what was read before, the keys that are named, and what the brackets are."""
+
+    def __init__(self, error: ConfigError, document: Document, keys: Keys, brackets: Brackets = Brackets.FINE) -> None:
         super().__init__(error.what, error.where, error.possible)
-        self.document, self.keys = document, keys
+        self.document, self.keys, self.brackets = document, keys, brackets
 
 
 def events(text: str) -> Iterator[Event]:
@@ -108,6 +117,7 @@ class Suspect:
 
     def __init__(self, error: MarkedYAMLError, text: str, before: Composer) -> None:
         self.problem = " ".join((error.problem or "cannot be parsed").split())
+        self.context_words = error.context or ""
         self.context, self.text, self.before = error.context_mark, text, before
         self.mark, self.piece = error.problem_mark or error.context_mark, _begin(error)
         self.place = before.document.place
@@ -126,15 +136,18 @@ class Suspect:
             return None
         brackets = "{}" if isinstance(level.node, dict) else "[]"
         what = f"its {brackets[0]} is not closed by {brackets[1]}{self._where(level.keys)}"
-        if last != level.keys:
-            what += f"; the last key read is {self.place.other(last, level.keys)}"
-        return self._unreadable(level.keys, what)
+        keys = level.keys
+        if not keys:
+            keys, what = last, what.replace("its", "the first")
+        elif last != keys:
+            what += f"; the last key read is {self.place.other(last, keys)}"
+        return UnreadableError(self.place.error(keys, what), self.before.document, keys, Brackets.OPEN)
 
     def _continued(self) -> ConfigError | None:
         """A ':' in what seems to continue the line before: that one lacks a ':', or this one is indented too far."""
         if not self.problem.startswith("mapping values are not allowed"):
             return None
-        lines = self.text.splitlines()
+        lines = re.split(r"\r\n?|\n", self.text)
         here = KEY.match(lines[self.mark.line])
         above = next((n for n in range(self.mark.line - 1, -1, -1) if _content(lines[n])), None)
         if here is None or here.end() - 1 != self.mark.column or above is None:
@@ -167,12 +180,23 @@ class Suspect:
         """The key that was being read; after a bracket that closes too much, the key before that bracket."""
         keys = self.before.keys
         document = self.before.document
-        if self.piece is not None and self.text[: self.piece.index].rstrip()[-1:] in ("}", "]") and document.spots:
+        if self._after_bracket() and document.spots:
             keys = list(document.spots)[-1]
         if not keys and self.mark is not None:
             document = Document(document.start.at(self.mark.line + 1))
         error = document.place.error(keys, self._sentence() + self._where(keys))
-        return UnreadableError(error, self.before.document, keys)
+        return UnreadableError(error, self.before.document, keys, self._brackets())
+
+    def _after_bracket(self) -> bool:
+        """Whether the parser failed right after a closing bracket."""
+        return self.piece is not None and self.text[: self.piece.index].rstrip()[-1:] in ("}", "]")
+
+    def _brackets(self) -> Brackets:
+        """Return what seems to be wrong with the brackets."""
+        here = self.text[self.piece.index : self.piece.index + 1] if self.piece else ""
+        if self._after_bracket() or here in ("}", "]"):
+            return Brackets.CLOSED_EARLY
+        return Brackets.OPEN if "flow" in self.context_words else Brackets.FINE
 
     def _named(self, word: str | None, line: int, section: Keys, what: str, beside: Sequence[Keys] = ()) -> ConfigError:
         """Return the error of a key that the parser has not accepted as one; it may be compared with others."""
@@ -180,10 +204,6 @@ class Suspect:
         place = Place(self.place.start, self.place.spots | {keys: self.place.start.at(line + 1)})
         compared = " or ".join(place.other(other, keys) for other in beside)
         return UnreadableError(place.error(keys, f"{what} {compared}".strip()), self.before.document, keys)
-
-    def _unreadable(self, keys: Keys, what: str) -> ConfigError:
-        """Return the error of a key that the parser has accepted."""
-        return UnreadableError(self.place.error(keys, what), self.before.document, keys)
 
     def _section(self, column: int) -> tuple[Keys, list[Keys]]:
         """Return the mapping to which a key in this column belongs, and the keys indented a little less and more."""
