@@ -207,8 +207,8 @@ def misspell(rng: random.Random, text: str, entry: Entry) -> Any:
         key[:at] + rng.choice("abcxyz019_-.") + key[at + 1 :],
         key[:at] + key[at + 1 : at + 2] + key[at] + key[at + 2 :],
         key.upper() if key.upper() != key else key.lower(),
-        key + rng.choice(["s", "_", "1", " ", "ä", "а", "-x", "\u200b", ".x"]),
-        rng.choice(["s", "_", "x", "а", "\u00a0"]) + key,
+        key + rng.choice(["s", "_", "1", " ", "ä", "\u0430", "-x", "\u200b", ".x"]),
+        rng.choice(["s", "_", "x", "\u0430", "\u00a0"]) + key,
     )
     new = rng.choice(ways)
     new = new.strip(" ")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from quavsweep.config.composer import MAX_DEPTH
 from quavsweep.config.document import MAX_BYTES, read_document
 from quavsweep.config.place import Document, Keys, Spot, escaped
 from quavsweep.errors import ConfigError
@@ -24,7 +25,7 @@ def apply_changes(document: Document, changes: Sequence[str]) -> None:
         key, sign, value = change.partition("=")
         spot = Spot(f"--set {escaped(change)}")
         keys = tuple(part.strip() for part in key.split("."))
-        if not sign or not all(keys):
+        if not sign or not all(keys) or len(keys) > MAX_DEPTH:
             raise ConfigError("is not an override", str(spot), POSSIBLE)
         if len(value) > MAX_BYTES:
             raise ConfigError(f"is larger than {MAX_BYTES} bytes", str(spot), POSSIBLE)

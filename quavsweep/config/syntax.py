@@ -223,7 +223,7 @@ class Suspect:
 
     def _sentence(self) -> str:
         """Return the parser's problem in words."""
-        found = re.search(r"(?:found character|found|got) \(?('.+?')", self.problem)
+        found = re.search(r"(?:character|found|got) \(?('.+?')", self.problem)
         shown = found.group(1).replace("'<stream end>'", "the end of the text") if found else "what follows"
         for problem, sentence in SENTENCES:
             if problem in self.problem:

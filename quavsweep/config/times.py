@@ -49,8 +49,7 @@ def _check_times(config: Config, place: Place) -> None:
     section, measures = config.integrate, config.measures
     total = section.transient + section.duration
     if section.dt > section.duration:
-        end = place.other(DURATION, DT)
-        raise place.error(DT, f"a step of {section.dt:g} is longer than {end}", f"at most {section.duration:g}")
+        raise _no_step(section, place)
     if not total / section.dt < MAX_STEPS:
         keys, length = _longest(section)
         what = f"{length:g} is more than 9e15 steps of {place.other(DT, keys)}"
@@ -59,6 +58,15 @@ def _check_times(config: Config, place: Place) -> None:
     for keys, stretch in stretches.items():
         if stretch and stretch > total * (1 + 1e-9):
             raise _too_long(keys, stretch, config, place)
+
+
+def _no_step(section: IntegrateSection, place: Place) -> ConfigError:
+    """Return the error of a step that is longer than the duration; if only the duration was overridden, that is it."""
+    if place.line(DT) and not place.line(DURATION):
+        what = f"{section.duration:g} is shorter than a step, {place.other(DT, DURATION)}"
+        return place.error(DURATION, what, f"at least {section.dt:g}")
+    what = f"a step of {section.dt:g} is longer than {place.other(DURATION, DT)}"
+    return place.error(DT, what, f"at most {section.duration:g}")
 
 
 def _too_long(keys: Keys, length: float, config: Config, place: Place) -> ConfigError:
