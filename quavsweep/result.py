@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +28,7 @@ class Result:
     Parameters
     ----------
     sweep : Sweep
-        What was asked for; its name is not stored in result files.
+        What was asked for. Its name is not stored in result files; it is that of the folder's config, if there is one.
     stored : Stored
         Arrays, dimensions and attributes by variable.
     """
@@ -124,4 +125,14 @@ def open_result(path: Path | str) -> Result:
 def _from_file(path: Path) -> Result:
     stored = read_result(path)
     settings: dict[str, Any] = json.loads(stored.file_attributes["config"])
-    return Result(parse_sweep(dump_config({"name": "result", **settings}), str(path)), stored)
+    sweep = parse_sweep(dump_config({"name": "result", **settings}), str(path))
+    return Result(replace(sweep, config=sweep.config.model_copy(update={"name": _name(path)})), stored)
+
+
+def _name(path: Path) -> str:
+    """Return the name of the sweep that a file is the result of: as its folder's config says, or the folder's own."""
+    if path.name != "result.h5":
+        return path.stem
+    with contextlib.suppress(ConfigError):
+        return load_sweep(path.with_name("config.yaml")).name
+    return path.absolute().parent.name
