@@ -98,7 +98,6 @@ class Observer:
         folder = self.folder
         sweep = load_sweep(folder.config)
         shards = self._shards(sweep)
-        missing = sum(len(tile) for tile in shards.missing()) if shards and shards.tile_cells else sweep.grid.size
         status = None
         with contextlib.suppress(FileNotFoundError, DamageError):
             status = read_result(folder.result, ("region", "status"))
@@ -111,7 +110,7 @@ class Observer:
             sweep=sweep,
             tiles=shards.tiles if shards and shards.tile_cells else 0,
             tiles_done=len(shards.shards) if shards else 0,
-            cells_done=sweep.grid.size - missing,
+            cells_done=shards.cells_done if shards else 0,
             failed=failed,
             regions={code.name: int(n) for code, n in zip(REGION, count, strict=True) if n},
             looked_at=int(count.sum()),

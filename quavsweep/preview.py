@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import shutil
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -79,22 +78,21 @@ def preview_run(sweep: Sweep, out: Path | str | None = None, workers: int = 2) -
         except DamageError as error:
             bad.append(str(error))
             del shards.shards[index]
-    missing = shards.missing()
-    steps, seconds = _sample(plan) if missing else (math.nan, 0.0)
-    cells_missing = sum(len(tile) for tile in missing)
     extents, size = sweep.extents, sweep.grid.size
+    missing, cells_missing = shards.tiles - len(shards.shards), size - shards.cells_done
+    steps, seconds = _sample(plan) if missing else (math.nan, 0.0)
     result_bytes = sum(np.dtype(v.dtype).itemsize * math.prod(v.shape(size, extents)) for v in result_variables(sweep))
     return Preview(
         tiles=shards.tiles,
         cells=size,
         valid=len(shards.shards),
-        missing=len(missing),
+        missing=missing,
         bad=tuple(bad),
-        seconds=cells_missing * seconds / min(workers, max(len(missing), 1)),
+        seconds=cells_missing * seconds / min(workers, max(missing, 1)),
         steps_per_cell=steps,
         shard_bytes=size * sweep.cell_bytes,
         result_bytes=result_bytes,
-        free_bytes=shutil.disk_usage(_existing(folder.path)).free,
+        free_bytes=folder.free_bytes,
     )
 
 
@@ -128,9 +126,3 @@ def _thinned(axes: tuple[Axis, ...], cells: int) -> tuple[Axis, ...]:
 
 def _not_stopped() -> bool:
     return False
-
-
-def _existing(path: Path) -> Path:
-    """Return the nearest folder above that exists."""
-    path = path.absolute()
-    return path if path.is_dir() else _existing(path.parent)

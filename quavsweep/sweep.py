@@ -15,7 +15,7 @@ import numpy as np
 from quavsweep.classify import classify
 from quavsweep.codes import REGION, Status
 from quavsweep.config import Sweep, dump_config, load_sweep
-from quavsweep.errors import ConfigError, DamageError, StoppedError, TilesFailedError
+from quavsweep.errors import ConfigError, DamageError, DiskError, StoppedError, TilesFailedError
 from quavsweep.executor import run_tiles
 from quavsweep.grid import Tile
 from quavsweep.integrate import Plan, integrate_tile, make_plan
@@ -93,6 +93,7 @@ def run_sweep(
         folder.write_config(dump_config(sweep.canonical()))
         folder.write_record(record)
         shards = ShardSet.scan(folder, sweep, identity, tile_cells or choose_tile_cells(plan))
+        _check_disk(folder, shards)
         progress = Progress(shards.tiles, sweep.grid.size)
 
         def watch() -> None:
@@ -149,6 +150,15 @@ def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
             "run the sweep to complete it",
         )
     return folder.result
+
+
+def _check_disk(folder: RunFolder, shards: ShardSet) -> None:
+    """Refuse a run whose shards cannot fit on the disk."""
+    needed, free = (shards.sweep.grid.size - shards.cells_done) * shards.sweep.cell_bytes, folder.free_bytes
+    if needed > free:
+        raise DiskError(
+            f"the shards need {needed:.3g} bytes, {free:.3g} are free", str(folder.path), "choose another --out"
+        )
 
 
 def _complete(

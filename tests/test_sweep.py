@@ -18,7 +18,7 @@ import pytest
 import quavsweep.sweep
 from quavsweep.codes import Region, Status
 from quavsweep.config import Sweep, parse_sweep
-from quavsweep.errors import IdentityError, StoppedError, TilesFailedError
+from quavsweep.errors import DiskError, IdentityError, StoppedError, TilesFailedError
 from quavsweep.grid import Tile
 from quavsweep.integrate import Evidence, Plan, integrate_tile
 from quavsweep.result import open_result
@@ -248,3 +248,9 @@ def test_shards_lie_under_both_identities(tmp_path: Path) -> None:
     ((evidence, toolchain, stage),) = RunFolder(tmp_path).identities()
     assert len(evidence) == len(toolchain) == 32
     assert stage == "0-40000"
+
+
+def test_a_run_that_cannot_fit_on_the_disk_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(RunFolder, "free_bytes", 1000)
+    with pytest.raises(DiskError, match=r"the shards need 6\.\d+e\+04 bytes, 1e\+03 are free"):
+        run_sweep(parse_sweep(YAW), tmp_path)

@@ -18,7 +18,12 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("sources", metavar="DIR|FILE...", nargs=-1, required=True, type=PATH)
-@click.option("--out", type=PATH, metavar="FILE", help="PNG, PDF or SVG; default map.png beside the (first) result.")
+@click.option(
+    "--out",
+    type=PATH,
+    metavar="FILE",
+    help="PNG, PDF or SVG; default map.png beside the result, plot.png with options.",
+)
 @click.option("--variable", "variables", multiple=True, metavar="V", help="Draw this one; may be repeated.")
 @click.option("--limits", type=Limits(), metavar="A,B", help="Limits of the colours, or of a line's axis.")
 @click.option("--overlay", "overlays", multiple=True, metavar="CURVE", help="A curve over a map: CSV file or equation.")
@@ -50,7 +55,9 @@ def plot(
 
     results = [open_result(source).at(**dict(at)) for source in sources]
     folder = sources[0] if sources[0].is_dir() else sources[0].parent
-    say(draw(results, out or folder / "map.png", variables=variables, limits=limits, overlays=overlays))
+    plain = len(sources) == 1 and not (variables or limits or overlays or at)
+    path = out or folder / ("map.png" if plain else "plot.png")  # map.png is the run's own
+    say(draw(results, path, variables=variables, limits=limits, overlays=overlays))
 
 
 @click.command()

@@ -161,7 +161,7 @@ def _preview(sweep: Sweep, out: Path | None, workers: int) -> None:
     steps = "" if not preview.missing else f", about {preview.steps_per_cell:,.0f} of {sweep.clock.steps:,} steps each"
     rows = [
         ("sweep", described(sweep.name, sweep) + steps),
-        ("tiles", f"{preview.valid} valid, {preview.missing} missing, {len(preview.bad)} bad"),
+        ("tiles", f"{preview.valid:,} valid, {preview.missing:,} missing, {len(preview.bad):,} bad"),
         *(("bad", sentence) for sentence in preview.bad[:10]),
         ("time", f"about {duration(preview.seconds)} with {count(workers, 'worker')}"),
         ("disk", _disk(preview.shard_bytes, preview.result_bytes, preview.free_bytes)),

@@ -6,6 +6,7 @@ import contextlib
 import fcntl
 import json
 import os
+import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -42,6 +43,14 @@ class RunFolder:
     def result(self) -> Path:
         """The result."""
         return self.path / "result.h5"
+
+    @property
+    def free_bytes(self) -> int:
+        """Free space on the disk where the folder lies or would lie."""
+        path = self.path.absolute()
+        while not path.is_dir():
+            path = path.parent
+        return shutil.disk_usage(path).free
 
     def must_exist(self) -> None:
         """Refuse a path that is not the folder of a run.

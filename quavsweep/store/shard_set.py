@@ -63,6 +63,11 @@ class ShardSet:
         start = index * self.tile_cells
         return Tile(index, start, min(start + self.tile_cells, self.sweep.grid.size))
 
+    @property
+    def cells_done(self) -> int:
+        """Number of cells that shards cover."""
+        return sum(len(self.tile(index)) for index in self.shards)
+
     def missing(self) -> list[Tile]:
         """Return the tiles that no shard covers, in order."""
         return [self.tile(index) for index in range(self.tiles) if index not in self.shards]
