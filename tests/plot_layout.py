@@ -60,8 +60,8 @@ def overlaps(figure: Figure) -> list[str]:
     seen = texts(drawn(figure))
     found = [
         f"{a.get_text()!r} and {b.get_text()!r}"
-        for (_, a, first), (_, b, second) in combinations(seen, 2)
-        if _meet(first, second) and not (_slanted(a) or _slanted(b))
+        for (first_of, a, first), (second_of, b, second) in combinations(seen, 2)
+        if _meet(first, second) and (first_of is not second_of or not (_slanted(a) or _slanted(b)))
     ]
     for owner, text, box in seen:
         if not _inside(box, figure.bbox):

@@ -24,12 +24,12 @@ TEXTS = {
     "eigenvalue_im": r"$\mathrm{{Im}}\,\mu_{of}$",
     "final_state": "final {of}",
     "equilibrium": "{of} at the equilibrium",
-    "peak": "peak of {of}",
-    "peak_time": "time of the peak of {of}",
+    "peak": "peak {of}",
+    "peak_time": "time of the peak {of}",
     "settle_time": "settling time",
     "time_used": "time integrated",
     "sample_count": "number of samples",
-    "sample_time": "time of the samples",
+    "sample_time": "time of sample {of}",
     "samples": "samples of {of}",
 }
 # Variables whose sign tells growth from decay.
@@ -137,6 +137,8 @@ class Catalogue:
         part = symbol(model, key) if key in model.state_names else key
         if variable == "first_time" and self.result.sweep.measures.first_time is not None:
             return self._first_time(), part
+        if variable == "sample_time" and not key:
+            return "time of the samples", part
         if variable in TEXTS:
             text = TEXTS[variable].format(of=f"{{{key}}}" if len(part) > 1 and part == key else part)
             return text, text if "_{of}" in TEXTS[variable] else part

@@ -19,7 +19,7 @@ from quavsweep.plot.orbit import add_orbit, orbit_height
 from quavsweep.plot.orbit_diagram import sampled_state, samples_text
 from quavsweep.plot.overlay import make_curves
 from quavsweep.plot.scale import set_values
-from quavsweep.plot.style import PANEL, measured, number, rate_unit, symbol, unit_text
+from quavsweep.plot.style import PANEL, measured, number, rate_unit, say, symbol, unit_text
 from quavsweep.plot.title import LINE, cell_title
 from quavsweep.plot.trace import Trace
 
@@ -36,6 +36,8 @@ def make_cell_figure(
     """Return the orbit and the return plot of the only cell, or its exponents if neither was recorded."""
     make_curves(overlays, [result.sweep])
     shown = _chosen(result, variables)
+    if int(result["region"]) == Region.NONE:
+        return _nothing(result)
     others = [part for part in shown if part != "orbit"]
     trace = _trace(result) if "orbit" in shown else None
     columns = max(2 if trace else 1, len(others))
@@ -51,6 +53,14 @@ def make_cell_figure(
     places = rows[-1].subgridspec(1, columns)
     for i, part in enumerate(others):
         draw_part(figure.add_subplot(places[i]), result, part, limits)
+    return figure
+
+
+def _nothing(result: Result) -> Figure:
+    """Return the figure of a cell that is not computed."""
+    title = _title(result, PANEL[0])
+    figure = Figure(figsize=(PANEL[0], LINE * (title.count("\n") + 2)))
+    figure.text(0.5, 0.5, title, ha="center", va="center")
     return figure
 
 
@@ -86,10 +96,14 @@ def _trace(result: Result) -> Trace:
     return Trace(result.sweep.model, result["time"], result["orbit"], result.sweep.clock.transient, equilibrium)
 
 
-def draw_part(axes: Axes, result: Result, part: str, limits: Limits | None = None) -> None:
-    """Draw `samples`, `lyapunov` or `final_state` of the only cell."""
+def draw_part(
+    axes: Axes, result: Result, part: str, limits: Limits | None = None, written_out: int = WRITTEN_OUT
+) -> None:
+    """Draw `samples`, `lyapunov` or `final_state` of the only cell; no more than some exponents are written out."""
     draw: dict[str, Callable[[Axes, Result], None]] = {"samples": _draw_return, "lyapunov": _draw_exponents}
     draw.get(part, _draw_state)(axes, result)
+    if part == "lyapunov" and len(result["lyapunov"]) <= written_out:
+        axes.set_xticks(axes.get_xticks(), _written_out(result))
     if limits is not None and part in draw:
         axes.set_ylim(*limits)
 
@@ -101,7 +115,10 @@ def _draw_return(axes: Axes, result: Result) -> None:
     axes.plot(values[:-1], values[1:], ls="", marker="o", ms=1.5, mew=0, color="black", rasterized=True)
     axes.axline((0, 0), slope=1, color="0.6", lw=0.5, zorder=0.5)
     finite = values[np.isfinite(values)]
-    if finite.size:
+    if finite.size < 2:
+        axes.set(xticks=[], yticks=[])
+        say(axes, "no value")
+    else:
         margin = 0.06 * np.ptp(finite) or 0.5
         axes.set(
             xlim=(finite.min() - margin, finite.max() + margin), ylim=(finite.min() - margin, finite.max() + margin)
@@ -118,17 +135,15 @@ def _draw_exponents(axes: Axes, result: Result) -> None:
     errors = np.where(np.isfinite(errors), errors, 0.0)
     axes.errorbar(k, values, errors, ls="", marker="o", ms=3, color="black", capsize=2, elinewidth=0.8)
     axes.axhline(0.0, color="0.3", lw=0.5, ls=":", zorder=0.5)
-    axes.set_xticks(k, _marked(values, errors))
+    axes.set_xticks(k, [rf"$\lambda_{{{i}}}$" for i in k])
     axes.set_xlim(0.5, len(values) + 0.5)
     set_values(axes.yaxis, values, r"$\lambda_k$", rate_unit(result.sweep.model))
 
 
-def _marked(values: np.ndarray, errors: np.ndarray) -> list[str]:
-    """Return the names of exponents, with their values where there is room for them."""
-    names = [rf"$\lambda_{{{k}}}$" for k in range(1, len(values) + 1)]
-    if len(values) > WRITTEN_OUT:
-        return names
-    return [f"{name}\n${measured(*pair)}$" for name, *pair in zip(names, values, errors, strict=True)]
+def _written_out(result: Result) -> list[str]:
+    """Return the names of the exponents, with their values below."""
+    pairs = zip(result["lyapunov"], result["lyapunov_se"], strict=True)
+    return [rf"$\lambda_{{{k}}}$" + f"\n${measured(*pair)}$" for k, pair in enumerate(pairs, 1)]
 
 
 def _draw_state(axes: Axes, result: Result) -> None:

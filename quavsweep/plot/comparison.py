@@ -17,9 +17,9 @@ from quavsweep.plot.cell import draw_part, possible_parts, region_text
 from quavsweep.plot.code import code_handles, mask_handles
 from quavsweep.plot.colour import Limits, choose_scale
 from quavsweep.plot.legend import legend_height, legend_outside
-from quavsweep.plot.line import choose_panels, draw_panel, line_handles
 from quavsweep.plot.map import draw_bar, draw_map
 from quavsweep.plot.overlay import draw_curves, make_curves
+from quavsweep.plot.panel import choose_panels, draw_panel, panel_handles
 from quavsweep.plot.quantity import Quantity
 from quavsweep.plot.style import PAGE, PANEL, plain
 
@@ -113,9 +113,8 @@ def _compare_lines(
     """Return panels under each other, each with its band of regions."""
     panels = [choose_panels(run, variables)[0] for run in runs]
     curves = make_curves(overlays, [run.sweep for run in runs])
-    lines = max(panels, key=len)
     handles = {str(handle.get_label()): handle for run in runs for handle in band_handles(run)}
-    above = [*(line_handles(lines) if len(lines) > 1 else []), *handles.values()]
+    above = [*panel_handles(max(panels, key=len)), *handles.values()]
     below = [curve.handle for curve in curves[0]]
     height = (STACKED + TITLE) * len(runs) + legend_height(above, PANEL[0]) + legend_height(below, PANEL[0]) + 0.3
     figure = Figure(figsize=(PANEL[0], height), layout="constrained")
@@ -123,7 +122,7 @@ def _compare_lines(
     for axes, run, panel, over in zip(grid, runs, panels, curves, strict=True):
         draw_panel(axes, run, panel, limits, over)
         draw_band(axes, run, 1.2)
-        axes.set_title(plain(run.sweep.name), pad=72 * HEIGHT + 3)
+        axes.set_title(plain(run.sweep.name), y=1.0, pad=72 * HEIGHT + 3)
     legend_outside(figure, above, "upper")
     legend_outside(figure, below, "lower")
     figure.align_ylabels()
@@ -143,6 +142,6 @@ def _compare_cells(
         raise ConfigError(f"no variable {part} to compare", possible=f"possible are {', '.join(possible)}")
     figure, grid = _grid(runs, 0.0)
     for axes, run in zip(grid, runs, strict=True):
-        draw_part(axes, run, part, limits)
+        draw_part(axes, run, part, limits, written_out=0)
         axes.set_title(f"{plain(run.sweep.name)}: {region_text(run)}")
     return figure

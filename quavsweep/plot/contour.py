@@ -24,8 +24,11 @@ def zero_lines(x: np.ndarray, y: np.ndarray, values: np.ndarray, at: Callable[..
     -------
     list of (k, 2) float64
     """
+    finite = values[np.isfinite(values)]
+    if not finite.size or finite.min() > 0 or finite.max() < 0 or finite.min() == finite.max():
+        return []
     found = Figure().subplots().contour(x, y, np.ma.masked_invalid(values.T), levels=[0.0]).allsegs[0]
-    return [piece for line in found for piece in _continuous(np.asarray(line), x, y, values, at)]
+    return [piece for line in found if len(line) for piece in _continuous(np.asarray(line), x, y, values, at)]
 
 
 def _continuous(

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from quavsweep.codes import Region
 from quavsweep.plot.scale import set_values
-from quavsweep.plot.style import LINES, measured, number, rate_unit, with_unit
+from quavsweep.plot.style import line_colours, measured, number, rate_unit, with_unit
 
 if TYPE_CHECKING:
     from quavsweep.point import Point
@@ -22,8 +23,8 @@ def draw_convergence(axes: Axes, point: Point) -> None:
     """Draw averages of the exponents until each time, with their standard errors, and the exact ones of a sink."""
     model, count = point.sweep.model, point.exponents.shape[1]
     exact = exact_exponents(point)
-    for k in range(count):
-        colour, values = LINES[k % len(LINES)], point.exponents[:, k]
+    for k, colour in enumerate(line_colours(count)):
+        values = point.exponents[:, k]
         error = np.where(np.isfinite(point.errors[:, k]), point.errors[:, k], 0.0)
         axes.plot(point.averaged_until, values, color=colour, lw=0.8, marker="." if len(values) == 1 else "")
         axes.fill_between(point.averaged_until, values - error, values + error, color=colour, alpha=0.25, linewidth=0)
@@ -44,19 +45,21 @@ def exact_exponents(point: Point) -> np.ndarray | None:
     return np.asarray(point.values["lyapunov"]) if sink and "lyapunov" in point.values else None
 
 
-def convergence_handles(point: Point) -> list[Line2D]:
+def convergence_handles(point: Point) -> list[Artist]:
     """Return a legend's lines with the final values of the exponents."""
-    exact = exact_exponents(point)
-    handles = []
-    for k in range(point.exponents.shape[1]):
-        text = rf"\lambda_{{{k + 1}}} = "
+    exact, count = exact_exponents(point), point.exponents.shape[1]
+    handles: list[Artist] = []
+    for k, colour in enumerate(line_colours(count)):
+        name = rf"\lambda_{{{k + 1}}} = "
         if exact is not None:
-            text += rf"{number(exact[k])}$ (exact)"
+            text = f"${name}{number(exact[k])}$"
         elif len(point.exponents):
-            text += measured(point.exponents[-1, k], point.errors[-1, k]) + "$"
+            text = f"${name}{measured(point.exponents[-1, k], point.errors[-1, k])}$"
         else:
-            text += "$ not averaged"
-        handles.append(Line2D([], [], color=LINES[k % len(LINES)], ls="-" if exact is None else "--", label=f"${text}"))
+            text = f"${name}$ not averaged"
+        handles.append(Line2D([], [], color=colour, label=text))
+    if exact is not None and count:
+        handles.append(Line2D([], [], color="0.3", ls="--", label="exact"))
     return handles
 
 

@@ -18,12 +18,13 @@ from quavsweep.plot.colour import ColourScale, Limits, choose_scale
 from quavsweep.plot.legend import legend_above, legend_height, legend_outside
 from quavsweep.plot.overlay import Curve, draw_curves, make_curves
 from quavsweep.plot.quantity import Quantity
-from quavsweep.plot.scale import edges, set_power, set_scale
-from quavsweep.plot.style import PANEL, power_of
+from quavsweep.plot.scale import drawn_range, edges, set_power, set_scale
+from quavsweep.plot.style import PANEL, power_of, set_room
 
 if TYPE_CHECKING:
     from quavsweep.result import Result
 
+ROOM = 0.06  # inches around panels
 WIDTH = 2.9  # inches of a legend above a map
 
 
@@ -36,6 +37,7 @@ def make_map_figure(result: Result, variables: Sequence[str], limits: Limits | N
     rows = -(-len(quantities) // columns)
     height = PANEL[1] * rows + legend_height([curve.handle for curve in curves], PANEL[0] * columns)
     figure = Figure(figsize=(PANEL[0] * columns, height), layout="constrained")
+    set_room(figure, ROOM)
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, quantity in zip(grid, quantities, strict=False):
         draw_panel(figure, axes, result, quantity, choose_scale([quantity], limits), curves)
@@ -83,6 +85,7 @@ def draw_map(axes: Axes, result: Result, quantity: Quantity, scale: ColourScale)
     mesh = axes.pcolormesh(*borders, shown, rasterized=True, cmap=scale.colours, norm=scale.norm)
     set_scale(axes.xaxis, result.sweep.model, across)
     set_scale(axes.yaxis, result.sweep.model, up)
+    axes.set(xlim=drawn_range(across), ylim=drawn_range(up))
     return mesh
 
 

@@ -79,7 +79,8 @@ def _make_curve(text: str, index: int, sweep: Sweep) -> Curve:
     label, source, is_file = _read(text)
     count = len(sweep.grid.axes)
     if count == 0 or (count == 1 and is_file):
-        raise ConfigError(f"a curve {'from a file ' if count else ''}needs a map", text, f"this sweep has {count} axes")
+        what, axes = ("a curve from a file", "one axis") if count else ("a curve", "no axes")
+        raise ConfigError(f"{what} needs a map", text, f"this sweep has {axes}")
     if count == 1:
         pieces = _marks(source, sweep)
     else:

@@ -10,7 +10,7 @@ from matplotlib.ticker import AutoLocator, Formatter, LogLocator, NullFormatter
 
 from quavsweep.grid import Axis
 from quavsweep.models import Model
-from quavsweep.plot.style import label, power_of, with_unit
+from quavsweep.plot.style import LABEL_WIDTH, label, power_of, text_length, with_unit
 
 MOST_DECIMALS = 8
 DECADES = 30.0  # a logarithmic axis with more between its ends has a tick per decade
@@ -37,11 +37,15 @@ def set_scale(axis: XAxis | YAxis, model: Model, quantity: Axis) -> None:
     axis.set_label_text(label(model, quantity.name, power))
 
 
-def set_values(axis: XAxis | YAxis, values: np.ndarray, text: str, unit: str) -> None:
-    """Label an axis that shows values; a common power of ten goes into the label."""
+def set_values(axis: XAxis | YAxis, values: np.ndarray, text: str, unit: str, room: int = LABEL_WIDTH) -> None:
+    """Label an axis that shows values; a common power of ten goes into the label.
+
+    The unit goes into a line of its own where a label has more characters than there is room for.
+    """
     power = power_of(values)
     set_power(axis, power)
-    axis.set_label_text(with_unit(text, unit, power))
+    words = with_unit(text, unit, power)
+    axis.set_label_text(words.replace(" ($", "\n($") if text_length(words) > room else words)
 
 
 def set_power(axis: XAxis | YAxis, power: int) -> None:

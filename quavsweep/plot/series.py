@@ -14,8 +14,8 @@ from quavsweep.plot.style import symbol, with_unit
 from quavsweep.plot.trace import EARLY, LATE, MARK, Trace
 
 
-def draw_series(panels: Sequence[Axes], trace: Trace) -> None:
-    """Draw each state against time in a panel of its own, with the end of the transient marked."""
+def draw_series(panels: Sequence[Axes], trace: Trace, room: int) -> None:
+    """Draw each state against time in a panel with room for so many characters; mark the end of the transient."""
     for i, (axes, state) in enumerate(zip(panels, trace.model.states, strict=True)):
         values = trace.shown[:, i]
         for part, colour in ((slice(0, trace.late + 1), EARLY), (slice(trace.late, None), LATE)):
@@ -23,7 +23,7 @@ def draw_series(panels: Sequence[Axes], trace: Trace) -> None:
             axes.plot(trace.time[part][kept], values[part][kept], color=colour, lw=0.5)
         if trace.transient_seen:
             axes.axvline(trace.transient, color=MARK, lw=0.8, ls="--")
-        set_values(axes.yaxis, values, symbol(trace.model, state.name), state.unit)
+        set_values(axes.yaxis, values, symbol(trace.model, state.name), state.unit, room)
         axes.margins(x=0.0)
         axes.label_outer()
     panels[-1].set_xlabel(with_unit("$t$", trace.model.time_unit))

@@ -79,7 +79,7 @@ def _label_box(axes: Any, model: Model, states: np.ndarray) -> None:
     axes.tick_params(pad=-3)
     axes.set_box_aspect((1.0, 1.0, 0.8), zoom=ZOOM)
     axes.zaxis.labelpad = -5
-    axes.set_anchor((0.15, 0.5))
+    axes.set_anchor((0.3, 0.5))
     axes.set_in_layout(False)
 
 

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from quavsweep.models import Model
 from quavsweep.plot.decimate import extremes
-from quavsweep.plot.style import symbol
+from quavsweep.plot.style import say, symbol
 
 WEAK = 1e-6  # of the largest power; beyond the last frequency with more there is nothing to see
 FEWEST = 16  # samples
@@ -46,7 +46,7 @@ def draw_spectrum(axes: Axes, model: Model, values: np.ndarray, spacing: float) 
     axes.set_ylabel(f"relative power of {symbol(model, model.states[0].name)}")
     if not len(power):
         axes.set(xticks=[], yticks=[])
-        axes.text(0.5, 0.5, "constant", transform=axes.transAxes, ha="center", va="center", color="0.3")
+        say(axes, "constant" if len(values) >= FEWEST else "too short")
         return
     end = int(np.flatnonzero(power > WEAK).max()) + 1
     kept = extremes(np.log10(np.maximum(power[: 2 * end], 1e-30)))

@@ -9,6 +9,8 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from quavsweep.models import Model
 
@@ -39,6 +41,13 @@ SETTINGS = {
 }
 LINES = ("black", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#999999")  # Okabe and Ito
 DASHES: tuple[Any, ...] = ("-", "--", (0, (1, 1)), "-.", (0, (6, 1.5)), (0, (3, 1, 1, 1, 1, 1)))
+
+
+def line_colours(count: int) -> list[Any]:
+    """Return the colours of some lines: such that are told apart, or a sequence where there are many."""
+    if count <= len(LINES):
+        return list(LINES[:count])
+    return list(mpl.colormaps["viridis"](np.linspace(0.0, 0.9, count)))
 
 
 def style() -> AbstractContextManager[Any]:
@@ -116,6 +125,18 @@ def plain(text: str) -> str:
 def text_length(text: str) -> int:
     """Return how many characters of a text are seen, about."""
     return len(re.sub(r"[${}_^]", "", re.sub(r"\\(mathrm|,)", "", re.sub(r"\\(?!mathrm)[A-Za-z]+", "x", text))))
+
+
+def set_room(figure: Figure, inches: float) -> None:
+    """Leave some inches around each panel of a figure with a constrained layout."""
+    engine: Any = figure.get_layout_engine()
+    engine.set(h_pad=inches, w_pad=inches)
+
+
+def say(axes: Axes, text: str) -> None:
+    """Say why axes are empty."""
+    white = {"facecolor": "white", "linewidth": 0.0, "pad": 2.0}
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.3", bbox=white)
 
 
 def wrapped(text: str, width: int = LABEL_WIDTH) -> str:

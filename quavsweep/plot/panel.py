@@ -1,0 +1,166 @@
+"""Panels of a sweep with one axis: numbers, samples or codes along it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from quavsweep.codes import Code
+from quavsweep.plot.band import hatch
+from quavsweep.plot.catalogue import Catalogue
+from quavsweep.plot.colour import Limits
+from quavsweep.plot.orbit_diagram import draw_samples, sampled_state, samples_text
+from quavsweep.plot.overlay import Curve, draw_marks
+from quavsweep.plot.quantity import Quantity
+from quavsweep.plot.scale import drawn_range, set_scale, set_values
+from quavsweep.plot.style import DASHES, LINES, say
+
+if TYPE_CHECKING:
+    from quavsweep.result import Result
+
+Panel = list[Quantity]  # the components of one variable that are drawn together
+ALONE, STACKED = 2.1, 1.4  # inches of a panel by itself, and among others
+PER_CODE = 0.2
+MARKED = 80  # up to so many cells each has a mark
+TOGETHER = 6  # components in one panel at most
+ROOM = 20  # characters beside a panel
+JUMPY = ("final_state",)  # variables that differ from cell to cell, drawn as dots without lines
+
+
+def choose_panels(result: Result, variables: Sequence[str]) -> list[Panel]:
+    """Return what is drawn in each panel."""
+    catalogue = Catalogue(result, samples=True)
+    if not variables:
+        return [panel for name in _defaults(result) for panel in _grouped(catalogue.parts(name))]
+    return [panel for name in variables for panel in _grouped(catalogue.parts(name))]
+
+
+def _defaults(result: Result) -> Iterator[str]:
+    """Yield the variables that say most of the orbits."""
+    if "samples" in result:
+        yield f"samples.{sampled_state(result.sweep)}"
+    if "lyapunov" in result:
+        yield "lyapunov"
+    elif "samples" not in result:
+        others = [name for name in ("peak", "first_time") if name in result]
+        yield from others or ["final_state"]
+
+
+def _grouped(quantities: list[Quantity]) -> Iterator[Panel]:
+    """Yield the components that share a panel: numbers of one unit, a few at a time."""
+    for unit in dict.fromkeys(quantity.unit for quantity in quantities):
+        same = [quantity for quantity in quantities if quantity.unit == unit]
+        together = 1 if same[0].sampled or same[0].codes else TOGETHER
+        yield from (same[i : i + together] for i in range(0, len(same), together))
+
+
+def panel_height(panel: Panel, count: int) -> float:
+    """Return the height in inches of a panel among so many."""
+    if panel[0].codes:
+        return PER_CODE * (1 + len(_present(panel[0])))
+    return STACKED if count > 1 else ALONE
+
+
+def draw_panel(
+    axes: Axes, result: Result, panel: Panel, limits: Limits | None = None, curves: Sequence[Curve] = ()
+) -> None:
+    """Draw quantities along the axis of a sweep, each as what it is."""
+    (axis,) = result.sweep.grid.axes
+    first = panel[0]
+    if first.codes:
+        _draw_codes(axes, result, first)
+    else:
+        text = Catalogue(result, samples=True).group_text(panel)
+        if first.sampled:
+            shown = draw_samples(axes, result, first)
+            text = samples_text(result, first) if first.name.startswith("samples.") else text
+        else:
+            shown = _draw_lines(axes, result, panel)
+        set_values(axes.yaxis, shown, text, first.unit, ROOM)
+        if not np.isfinite(shown).any():
+            axes.set_yticks([])
+            say(axes, "no value")
+        if limits is not None:
+            axes.set_ylim(*limits)
+    draw_marks(axes, curves)
+    hatch(axes, result, first.todo)
+    axes.set_xlim(*drawn_range(axis))
+    set_scale(axes.xaxis, result.sweep.model, axis)
+
+
+def _draw_lines(axes: Axes, result: Result, panel: Panel) -> np.ndarray:
+    """Draw numbers against the axis, with bands of their standard errors, and return all numbers."""
+    (axis,) = result.sweep.grid.axes
+    order = np.argsort(axis.values)
+    x = np.asarray(axis.values)[order]
+    jumpy = _is_jumpy(panel)
+    shown: np.ndarray = np.stack([quantity.shown[order] for quantity in panel])
+    for i, (quantity, y) in enumerate(zip(panel, shown, strict=True)):
+        colour, dashes = LINES[i % len(LINES)], "" if jumpy else DASHES[i % len(DASHES)]
+        marked = np.isfinite(y) if jumpy else _alone(y)
+        axes.plot(x, quantity.values[order], color=colour, ls=dashes, marker=".", ms=2.5, markevery=marked)
+        if quantity.error is not None:
+            error = np.where(np.isfinite(quantity.error[order]), quantity.error[order], 0.0)
+            axes.fill_between(x, y - error, y + error, color=colour, alpha=0.3, linewidth=0)
+    if panel[0].rate:
+        axes.axhline(0.0, color="0.3", lw=0.5, ls=":", zorder=0.5)
+    axes.margins(y=0.12)
+    return shown
+
+
+def _is_jumpy(panel: Panel) -> bool:
+    return panel[0].name.partition(".")[0] in JUMPY
+
+
+def _alone(y: np.ndarray) -> np.ndarray:
+    """Return which numbers need a mark of their own: all where they are few, else those without neighbours."""
+    known: np.ndarray = np.isfinite(y)
+    if len(y) <= MARKED:
+        return known
+    beside = np.concatenate([[False], known[:-1]]) | np.concatenate([known[1:], [False]])
+    return np.asarray(known & ~beside)
+
+
+def _draw_codes(axes: Axes, result: Result, quantity: Quantity) -> None:
+    """Draw codes as coloured boxes on a line for each code that is present."""
+    (axis,) = result.sweep.grid.axes
+    present = _present(quantity)
+    for level, code in enumerate(present):
+        x = np.asarray(axis.values)[~quantity.todo & (quantity.values == code.number)]
+        axes.plot(x, np.full(len(x), level), ls="", marker="s", ms=3, mec="black", mew=0.2, color=code.colour)
+    axes.set_yticks(range(len(present)), [code.meaning for code in present])
+    axes.set_ylim(-0.5, max(len(present), 1) - 0.5)
+
+
+def _present(quantity: Quantity) -> list[Code]:
+    """Return the codes that some computed cell has."""
+    return [code for code in quantity.codes if (~quantity.todo & (quantity.values == code.number)).any()]
+
+
+def panel_handles(panel: Panel) -> list[Artist]:
+    """Return a legend's lines for the components of a variable, none if there is only one."""
+    if len(panel) == 1:
+        return []
+    jumpy = _is_jumpy(panel)
+    marks = [{"ls": "", "marker": "."} if jumpy else {"ls": dashes} for dashes in DASHES]
+    handles: list[Artist] = [
+        Line2D([], [], color=LINES[i % len(LINES)], label=quantity.part, **marks[i % len(marks)])
+        for i, quantity in enumerate(panel)
+    ]
+    if any(quantity.error is not None and _visible(quantity) for quantity in panel):
+        handles.append(Patch(facecolor="0.7", linewidth=0, label="\N{PLUS-MINUS SIGN} standard error"))
+    return handles
+
+
+def _visible(quantity: Quantity) -> bool:
+    """Whether standard errors can be seen beside the numbers."""
+    assert quantity.error is not None
+    shown, error = quantity.shown, quantity.error
+    span = np.ptp(shown[np.isfinite(shown)]) if np.isfinite(shown).any() else 0.0
+    return bool((error[np.isfinite(error)] > 0.02 * span).any())
