@@ -139,7 +139,8 @@ class Suspect:
         keys = level.keys
         if not keys:
             keys, what = last, what.replace("its", "the first")
-        elif last != keys:
+            last = self._last_inside(keys)
+        if last != keys:
             what += f"; the last key read is {self.place.other(last, keys)}"
         return UnreadableError(self.place.error(keys, what), self.before.document, keys, Brackets.OPEN)
 
@@ -186,6 +187,11 @@ class Suspect:
             document = Document(document.start.at(self.mark.line + 1))
         error = document.place.error(keys, self._sentence() + self._where(keys))
         return UnreadableError(error, self.before.document, keys, self._brackets())
+
+    def _last_inside(self, keys: Keys) -> Keys:
+        """Return the last key of a section, or the section's own."""
+        inside = (known[: len(keys) + 1] for known in reversed(self.place.spots) if known[: len(keys)] == keys)
+        return next(inside, keys)
 
     def _after_bracket(self) -> bool:
         """Whether the parser failed right after a closing bracket."""
