@@ -16,7 +16,7 @@ RATES = "RdBu_r"  # blue below zero, white at zero, red above
 SIGNED = "PuOr_r"
 SEQUENCE = "viridis"
 UNEVEN = 10.0  # the ratio of the two slopes at most, lest errors of one side look like values of the other
-OUTLYING = 3.0  # beyond so many times the range of all but a hundredth, values are cut off
+OUTLYING = 2.0  # values are cut off that lie so many times the range of the inner 98 % beyond it
 Limits = tuple[float, float]
 
 
@@ -92,9 +92,12 @@ def _range(values: np.ndarray) -> Limits:
     if not values.size:
         return 0.0, 1.0
     low, high = float(values.min()), float(values.max())
-    inner_low, inner_high = (float(value) for value in np.percentile(values, [1, 99]))
-    if inner_low < inner_high and high - low > OUTLYING * (inner_high - inner_low):
-        low, high = inner_low, inner_high
+    inner_low = float(np.percentile(values, 1, method="higher"))
+    inner_high = float(np.percentile(values, 99, method="lower"))
+    reach = OUTLYING * (inner_high - inner_low)
+    if reach > 0:
+        low = inner_low if inner_low - low > reach else low
+        high = inner_high if high - inner_high > reach else high
     if low == high:
         margin = 0.5 * abs(low) or 0.5
         return low - margin, high + margin
