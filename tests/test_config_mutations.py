@@ -7,6 +7,8 @@ import re
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 from quavsweep.config import parse_sweep
 from quavsweep.errors import ConfigError
 from tests.conftest import LORENZ, YAW
@@ -71,8 +73,9 @@ def test_the_bases_are_configs() -> None:
     assert [complaint(text.encode()) for text in BASES] == [None] * len(BASES)
 
 
-def test_broken_keys_are_named_with_their_lines() -> None:
-    rng = random.Random(0)
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 10))])
+def test_broken_keys_are_named_with_their_lines(seed: int) -> None:
+    rng = random.Random(seed)
     counts: Counter[str] = Counter()
     missed: list[str] = []
     while counts.total() < 2000:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from itertools import takewhile
 from typing import Any, NoReturn
@@ -165,4 +166,5 @@ class Composer:
 
 def _readable(key: str) -> str:
     """Return the word in a key that holds a substitute for what cannot be printed."""
-    return key.replace(SUBSTITUTE, "").split(":")[0].strip(" \"'") if SUBSTITUTE in key else key
+    words = re.findall(r"[\w.-]+", key.replace(SUBSTITUTE, "").split(":")[0]) if SUBSTITUTE in key else ()
+    return words[-1] if words else key

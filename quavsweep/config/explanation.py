@@ -26,7 +26,9 @@ def explained(error: UnreadableError) -> ConfigError:
         named = " or ".join(place.other(keys, error.keys) for keys in suspects)
         return ConfigError(error.what, error.where, f"the cause may be {named}; {dotted(wrong.keys)}: {wrong.what}")
     keys, what = _to_blame(wrong, error)
-    return error if keys == error.keys else place.error(keys, what, f"this may be why {error}")
+    if keys == error.keys and what == wrong.what:
+        return error
+    return place.error(keys, what, f"this may be why {error}")
 
 
 def _first_wrong(document: Document) -> Complaint | None:
@@ -51,7 +53,7 @@ def _to_blame(wrong: Complaint, error: UnreadableError) -> tuple[Keys, str]:
     if closed or len(displaced) == 1:
         return before, f"{place.other(displaced, before)} after it does not belong there"
     section = displaced[:-1]
-    last = place.other(before, section)
+    last = place.other(before[: len(displaced)], section)
     return section, f"holds {place.other(displaced, section)}, which does not belong there, after {last}"
 
 
