@@ -126,7 +126,19 @@ def _write(figure: Figure, path: Path) -> Path:
     date = FORMATS[path.suffix.lower()]
     try:
         with style():
+            _lay_out(figure)
             figure.savefig(path, metadata={date: None} if date else {})
     except OSError as error:
         raise DiskError(f"cannot be written: {error.strerror or error}", str(path)) from error
     return path
+
+
+def _lay_out(figure: Figure) -> None:
+    """Place the axes of a figure for good, at rounded positions.
+
+    The last digits of what matplotlib's solver finds depend on where its variables lie in memory.
+    """
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        axes.set_position([round(float(length), 7) for length in axes.get_position(original=True).bounds])
