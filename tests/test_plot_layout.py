@@ -56,6 +56,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "orbit": lambda: make_figure(run(ORBIT)),
     "orbit alone": lambda: make_figure(run(SINK), variables=["orbit"]),
     "exponents": lambda: make_figure(run(CELL), variables=["lyapunov"]),
+    "all of a cell": lambda: make_figure(run(ORBIT), variables=["orbit", "samples", "lyapunov", "final_state"]),
     "numbers": lambda: make_figure(run(CELL), variables=["final_state"]),
 }
 

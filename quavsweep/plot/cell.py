@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 WRITTEN = 0.16  # inches of a line
 WRITTEN_OUT = 3  # exponents at most whose values fit beside each other
+FEW = 300  # samples up to which dots are large
 
 
 def make_cell_figure(
@@ -40,20 +41,25 @@ def make_cell_figure(
         return _nothing(result)
     others = [part for part in shown if part != "orbit"]
     trace = _trace(result) if "orbit" in shown else None
-    columns = max(2 if trace else 1, len(others))
-    lower = PANEL[1] if others != ["final_state"] else WRITTEN * (len(result.sweep.model.states) + 3)
-    heights = [*([orbit_height(trace)] if trace else []), *([lower] if others else [])]
+    columns = 2 if trace or len(others) > 1 else 1
+    heights = [*([orbit_height(trace)] if trace else []), *_heights(result, others, columns)]
     title = _title(result, PANEL[0] * columns)
     height = sum(heights) + LINE * (title.count("\n") + 1)
     figure = Figure(figsize=(PANEL[0] * columns, height), layout="constrained")
     figure.suptitle(title, fontsize=8)
-    rows = GridSpec(len(heights), 1, figure, height_ratios=heights)
+    rows = GridSpec(len(heights), columns, figure, height_ratios=heights)
     if trace:
-        add_orbit(figure, rows[0], trace)
-    places = rows[-1].subgridspec(1, columns)
-    for i, part in enumerate(others):
-        draw_part(figure.add_subplot(places[i]), result, part, limits)
+        add_orbit(figure, rows[0, :], trace)
+    for i, part in enumerate(others, columns if trace else 0):
+        draw_part(figure.add_subplot(rows[i // columns, i % columns]), result, part, limits)
     return figure
+
+
+def _heights(result: Result, parts: Sequence[str], columns: int) -> list[float]:
+    """Return the heights in inches of the rows of some parts; written states need little."""
+    rows = [parts[i : i + columns] for i in range(0, len(parts), columns)]
+    written = WRITTEN * (len(result.sweep.model.states) + 3)
+    return [written if list(row) == ["final_state"] else PANEL[1] for row in rows]
 
 
 def _nothing(result: Result) -> Figure:
@@ -112,7 +118,8 @@ def _draw_return(axes: Axes, result: Result) -> None:
     """Draw each sample against the one before."""
     quantity = Catalogue(result, samples=True).find(f"samples.{sampled_state(result.sweep)}")
     values, text = quantity.shown, samples_text(result, quantity)
-    axes.plot(values[:-1], values[1:], ls="", marker="o", ms=1.5, mew=0, color="black", rasterized=True)
+    size = 2.5 if np.isfinite(values).sum() < FEW else 1.2
+    axes.plot(values[:-1], values[1:], ls="", marker="o", ms=size, mew=0, color="black", rasterized=True)
     axes.axline((0, 0), slope=1, color="0.6", lw=0.5, zorder=0.5)
     finite = values[np.isfinite(values)]
     if finite.size < 2:
