@@ -24,8 +24,7 @@ import numpy as np
 
 from quavsweep.codes import Certificate, Region, Status
 from quavsweep.config import Sweep
-from quavsweep.integrate import Evidence
-from quavsweep.measures import REGION_VARIABLE, STATUS_VARIABLE, Variable
+from quavsweep.measures import REGION_VARIABLE, STATUS_VARIABLE, Evidence, Variable
 
 TELLING = 0.1  # what counts as zero must be this small against the largest exponent in size
 FEWEST_BATCHES = 4  # below so many a standard error means nothing

@@ -20,15 +20,13 @@ from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.printer import step_operations
 from quavsweep.kernels.program import Program
-from quavsweep.measures import Variable
+from quavsweep.measures import Evidence, Variable
 
 LOG_STEPS = 400  # a step of RK4 shrinks a vector to no less than 0.27, and 0.27**400 does not underflow
 FULL_RANK = 27.6  # ln 1e12: vectors that a block stretches more unequally are parallel to rounding when it ends
 BUFFER_BYTES = 2**21  # of states that dense measures look at together; about the second-level cache
 LONGEST_CALL = 0.3  # s, so that a stop is answered soon
 OPERATION_NS = 0.033  # time of one operation of the step in one lane, from the cost of the printed kernels
-
-Evidence = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from quavsweep.classify import classify
 from quavsweep.codes import REGION, Status
 from quavsweep.config import Sweep, load_sweep
 from quavsweep.errors import DamageError
@@ -132,6 +131,8 @@ class Observer:
         """Return the cells per region in the shards, as far as they can be read in a short time."""
         if shards is None:
             return np.zeros(len(REGION), dtype=int)
+        from quavsweep.classify import classify  # what a finished run need not load
+
         deadline = time.monotonic() + LOOK_SECONDS
         for index, shard in shards.shards.items():
             if shard.sha256 not in self._counts:

@@ -12,9 +12,9 @@ from quavsweep.classify import classify, convergence
 from quavsweep.config import Sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Grid, Tile
-from quavsweep.integrate import Evidence, integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile, make_plan
 from quavsweep.kernels.compiler import default_lanes
-from quavsweep.measures import Measures, Orbit
+from quavsweep.measures import Evidence, Measures, Orbit
 from quavsweep.models import Parameter
 
 MOST_TIMES = 200_000  # of the orbit

@@ -15,7 +15,8 @@ from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Grid
 from quavsweep.provenance import identify
-from quavsweep.store import RunFolder, ShardSet, Stored, looks_published, outcome_in_memory, read_result
+from quavsweep.store import RunFolder, ShardSet, Stored, looks_published, read_result
+from quavsweep.store.outcome import outcome_in_memory
 
 if TYPE_CHECKING:
     import xarray

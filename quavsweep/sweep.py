@@ -22,7 +22,8 @@ from quavsweep.integrate import Plan, integrate_tile, make_plan
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.progress import Progress
 from quavsweep.provenance import evidence_parts, identify, machine, toolchain
-from quavsweep.store import RunFolder, Shard, ShardSet, check_folder, read_result, write_outcome, write_shard
+from quavsweep.store import RunFolder, Shard, ShardSet, check_folder, read_result, write_shard
+from quavsweep.store.outcome import write_outcome
 from quavsweep.tiling import choose_tile_cells, spread
 
 Observer = Callable[[Progress], None]

@@ -10,7 +10,7 @@ import pytest
 from quavsweep.classify import Sums, classify, result_variables
 from quavsweep.codes import Certificate, Region, Status
 from quavsweep.config import Sweep
-from quavsweep.integrate import Evidence
+from quavsweep.measures import Evidence
 from tests.conftest import LORENZ, YAW
 
 SEGMENTS = 16

@@ -14,7 +14,8 @@ from quavsweep.codes import Certificate, Status
 from quavsweep.config import Sweep, dump_config, parse_sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Tile
-from quavsweep.integrate import Evidence, integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.measures import Evidence
 from quavsweep.models import Model, Parameter, State
 from quavsweep.result import open_result
 from quavsweep.sweep import run_sweep

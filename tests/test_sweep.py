@@ -20,7 +20,8 @@ from quavsweep.codes import Region, Status
 from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import DiskError, IdentityError, StoppedError, TilesFailedError
 from quavsweep.grid import Tile
-from quavsweep.integrate import Evidence, Plan, integrate_tile
+from quavsweep.integrate import Plan, integrate_tile
+from quavsweep.measures import Evidence
 from quavsweep.result import open_result
 from quavsweep.store import RunFolder
 from quavsweep.sweep import Progress, run_sweep

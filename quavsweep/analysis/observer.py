@@ -6,7 +6,7 @@ what it was exactly once per segment for all of them together, because a call of
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,10 +15,8 @@ from quavsweep.analysis.event import Event, crossings, locate
 from quavsweep.clock import Clock
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
-from quavsweep.measures import FirstTime, Measures, Orbit, Peak, Samples
+from quavsweep.measures import Evidence, FirstTime, Measures, Orbit, Peak, Samples
 from quavsweep.models import Model
-
-Evidence = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -29,7 +27,7 @@ class Scene:
     ----------
     coefficients : (C, n) float64
         Of all cells of the tile.
-    evidence : mapping
+    evidence : dict
         Arrays of all cells of the tile.
     """
 

@@ -11,7 +11,7 @@ from quavsweep.clock import Clock
 from quavsweep.measures.dense import FirstTime, Orbit, Peak, Samples, Section
 from quavsweep.measures.lyapunov import Lyapunov, counted
 from quavsweep.measures.measure import Measure, Problem
-from quavsweep.measures.variable import BASE, REGION_VARIABLE, STATUS_VARIABLE, Dimension, Variable
+from quavsweep.measures.variable import BASE, REGION_VARIABLE, STATUS_VARIABLE, Dimension, Evidence, Variable
 from quavsweep.models import Model
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "REGION_VARIABLE",
     "STATUS_VARIABLE",
     "Dimension",
+    "Evidence",
     "FirstTime",
     "Lyapunov",
     "Measure",

@@ -49,6 +49,8 @@ class Dimension:
         return len(self.values)
 
 
+Evidence = dict[str, np.ndarray]  # by a variable's name, cells first
+
 STATUS_VARIABLE = Variable("status", (), "int8", "1", "how the integration ended", STATUS)
 REGION_VARIABLE = Variable("region", (), "int8", "1", "what the orbit does in the end", REGION)
 

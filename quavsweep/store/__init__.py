@@ -1,9 +1,11 @@
-"""What lies on disk: publishing, shards, result files, the folder of a run. The only place that imports h5py."""
+"""What lies on disk: publishing, shards, result files, the folder of a run. The only place that imports h5py.
+
+`quavsweep.store.outcome` is not imported here, because it brings the classification along, which looking does not need.
+"""
 
 from quavsweep.store.admission import check_folder
 from quavsweep.store.folder import RunFolder
 from quavsweep.store.netcdf import Stored, read_result, write_copy
-from quavsweep.store.outcome import outcome_in_memory, write_outcome
 from quavsweep.store.publish import looks_published
 from quavsweep.store.shard import Shard, write_shard
 from quavsweep.store.shard_set import ShardSet
@@ -15,9 +17,7 @@ __all__ = [
     "Stored",
     "check_folder",
     "looks_published",
-    "outcome_in_memory",
     "read_result",
     "write_copy",
-    "write_outcome",
     "write_shard",
 ]

@@ -13,7 +13,7 @@ from quavsweep.codes import Status
 from quavsweep.config import Sweep
 from quavsweep.errors import DamageError
 from quavsweep.grid import Tile
-from quavsweep.integrate import Evidence
+from quavsweep.measures import Evidence
 from quavsweep.provenance import Identity
 from quavsweep.store.folder import RunFolder
 from quavsweep.store.shard import Shard, misfits, read_shard, scan_shards, set_aside
