@@ -39,12 +39,16 @@ def _texts_of(axes: Axes) -> Iterator[Text]:
     yield from axes.texts
     if axes.get_legend():
         yield from [*axes.get_legend().get_texts(), axes.get_legend().get_title()]
-    if not axes.axison:
+    if not _has_ticks(axes):
         return
     yield from (axes.title, axes.xaxis.label, axes.yaxis.label)
     for axis in (axes.xaxis, axes.yaxis, *([axes.zaxis] if hasattr(axes, "zaxis") else [])):
         yield from _tick_labels(axis)
         yield axis.get_offset_text()
+
+
+def _has_ticks(axes: Axes) -> bool:
+    return axes.axison or axes.name == "3d"
 
 
 def _tick_labels(axis: Axis) -> Iterator[Text]:

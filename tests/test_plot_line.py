@@ -11,6 +11,7 @@ from quavsweep.codes import Region
 from quavsweep.errors import ConfigError
 from quavsweep.plot import make_figure
 from quavsweep.plot.orbit_diagram import sampled_state
+from quavsweep.plot.scale import edges
 from quavsweep.result import Result
 from tests.conftest import LORENZ, YAW
 from tests.plot_runs import LINE, MAP, changed, legend_texts, run, unfinished, without
@@ -124,6 +125,15 @@ def test_a_cell_without_neighbours_is_seen() -> None:
     marked = axes.lines[0].get_markevery()
     assert np.flatnonzero(marked).tolist() == [50]
     assert sum(patch.get_hatch() is not None for patch in axes.patches) == 99
+
+
+def test_many_unfinished_neighbours_are_hatched_together() -> None:
+    result = run(LORENZ.replace("num: 60", "num: 200"))
+    (axes,) = _panels(unfinished(result, np.r_[0:50, 51:120]))
+    hatched = [patch for patch in axes.patches if patch.get_hatch()]
+    ends = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in hatched]
+    borders = edges(result["rho"])
+    np.testing.assert_allclose(ends, [(borders[0], borders[50]), (borders[51], borders[120])])
 
 
 def test_limits_are_those_of_the_vertical_axis() -> None:

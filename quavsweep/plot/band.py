@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from quavsweep.result import Result
 
 HEIGHT = 0.08  # inches
+MANY = 100  # cells
 
 
 def draw_band(axes: Axes, result: Result, panel_height: float) -> float:
@@ -38,8 +39,11 @@ def band_handles(result: Result) -> list[Artist]:
 
 
 def hatch(axes: Axes, result: Result, todo: np.ndarray) -> None:
-    """Hatch the cells along an axis that are not computed."""
+    """Hatch the cells along an axis that are not computed; where there are many, neighbours together."""
     (axis,) = result.sweep.grid.axes
     borders = edges(np.sort(axis.values))
-    for i in np.flatnonzero(todo[np.argsort(axis.values)]):
-        axes.axvspan(borders[i], borders[i + 1], facecolor="none", edgecolor="0.6", hatch="////", linewidth=0)
+    cells = np.flatnonzero(todo[np.argsort(axis.values)])
+    apart = np.diff(cells) > (1 if len(cells) > MANY else 0)
+    for run in np.split(cells, np.flatnonzero(apart) + 1) if len(cells) else ():
+        left, right = borders[run[0]], borders[run[-1] + 1]
+        axes.axvspan(left, right, facecolor="none", edgecolor="0.6", hatch="////", linewidth=0)

@@ -14,7 +14,8 @@ from quavsweep.plot.trace import Trace
 
 PER_STATE, OF_MANY = 0.75, 0.6  # inches of a panel of time series, and of one of many
 MANY = 4
-LEAST = 2.8
+LEAST = 2.9
+SPACE = 3  # dimensions
 CHARACTERS = 14  # per inch beside a panel
 
 
@@ -35,8 +36,9 @@ def add_orbit(figure: Figure, place: SubplotSpec, trace: Trace) -> None:
         return
     halves = place.subgridspec(1, 2 if space_dimensions(trace.model) else 1, wspace=0.1)
     if space_dimensions(trace.model):
-        # Beside a space, which layouts know nothing of, some room for the label of its third axis.
-        draw_space(figure, halves[0].subgridspec(1, 2, width_ratios=(0.88, 0.12))[0], trace)
+        # Room beside and below for the labels of a space, which layouts know nothing of.
+        room = halves[0].subgridspec(2, 2, width_ratios=(0.88, 0.12), height_ratios=(0.93, 0.07))
+        draw_space(figure, room[0, 0] if space_dimensions(trace.model) == SPACE else halves[0], trace)
     rows = halves[-1].subgridspec(len(trace.model.states), 1, hspace=0.05)
     panels = list(rows.subplots(sharex=True, squeeze=False)[:, 0])
     draw_series(panels, trace, int(CHARACTERS * _series_height(trace)))

@@ -18,7 +18,7 @@ from quavsweep.plot.scale import set_power
 from quavsweep.plot.style import label, power_of
 from quavsweep.plot.trace import EARLY, LATE, MARK, Trace
 
-ZOOM = 0.97  # of a box in three dimensions, so that its labels have room
+ZOOM = 1.0  # of a box in three dimensions, so that its labels have room
 
 
 def space_dimensions(model: Model) -> int:
