@@ -15,7 +15,8 @@ from quavsweep.plot.style import symbol
 if TYPE_CHECKING:
     from quavsweep.result import Result
 
-COLUMNS = 250  # cells beside each other beyond which dots are smallest
+WIDTH = 130.0  # points; dots of neighbouring cells do not touch
+SIZES = 0.5, 1.4  # points of a dot
 
 
 def sampled_state(sweep: Sweep) -> str:
@@ -53,7 +54,7 @@ def draw_samples(axes: Axes, result: Result, quantity: Quantity) -> np.ndarray:
     ends = _equilibria(result, quantity)
     kept = np.isfinite(samples)
     across, up = (np.concatenate(pair) for pair in ((x[kept], np.asarray(axis.values)), (samples[kept], ends)))
-    size = 0.7 if len(axis) > COLUMNS else 1.2
+    size = float(np.clip(WIDTH / len(axis), *SIZES))
     axes.plot(across, up, ls="", marker="o", ms=size, mew=0, color="black", rasterized=True)
     axes.margins(y=0.06)
     return up

@@ -29,6 +29,7 @@ ALONE, STACKED = 2.1, 1.4  # inches of a panel by itself, and among others
 PER_CODE = 0.2
 MARKED = 80  # up to so many cells each has a mark
 TOGETHER = 6  # components in one panel at most
+SEEN, SEEN_IN = 0.01, 0.05  # errors are seen that are so large, of the range of values, in so many of the cells
 ROOM = 20  # characters beside a panel
 JUMPY = ("final_state",)  # variables that differ from cell to cell, drawn as dots without lines
 
@@ -153,14 +154,14 @@ def panel_handles(panel: Panel) -> list[Artist]:
         Line2D([], [], color=LINES[i % len(LINES)], label=quantity.part, **marks[i % len(marks)])
         for i, quantity in enumerate(panel)
     ]
-    if any(quantity.error is not None and _visible(quantity) for quantity in panel):
+    if _errors_are_seen(panel):
         handles.append(Patch(facecolor="0.7", linewidth=0, label="\N{PLUS-MINUS SIGN} standard error"))
     return handles
 
 
-def _visible(quantity: Quantity) -> bool:
+def _errors_are_seen(panel: Panel) -> bool:
     """Whether standard errors can be seen beside the numbers."""
-    assert quantity.error is not None
-    shown, error = quantity.shown, quantity.error
-    span = np.ptp(shown[np.isfinite(shown)]) if np.isfinite(shown).any() else 0.0
-    return bool((error[np.isfinite(error)] > 0.02 * span).any())
+    shown = np.stack([quantity.shown for quantity in panel])
+    errors = np.stack([np.zeros_like(q.shown) if q.error is None else q.error for q in panel])
+    span = np.ptp(shown[np.isfinite(shown)]) if np.isfinite(shown).any() else np.inf
+    return float(np.mean(np.isfinite(errors) & (errors > SEEN * span))) > SEEN_IN
