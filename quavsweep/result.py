@@ -50,6 +50,15 @@ class Result:
         shape = " x ".join(f"{axis.name}: {len(axis)}" for axis in self.sweep.grid.axes) or "one cell"
         return f"<quavsweep.Result of {self.sweep.model.name}, {shape}>"
 
+    def _repr_png_(self) -> bytes | None:
+        """Return the result's figure, which notebooks show; None if it has none."""
+        from quavsweep.plot import picture
+
+        try:
+            return picture(self)
+        except ConfigError:
+            return None
+
     @property
     def variables(self) -> tuple[str, ...]:
         """Names of the variables, without coordinates."""

@@ -116,3 +116,10 @@ def test_a_result_at_a_value_has_one_axis_less(result: Result) -> None:
         result.at(c=9)
     with pytest.raises(ConfigError, match="there is no axis q; the axes are Omega1, c"):
         result.at(q=9)
+
+
+def test_a_notebook_shows_the_figure(result: Result) -> None:
+    shown = result._repr_png_()
+    assert shown is not None
+    assert shown.startswith(b"\x89PNG")
+    assert "Omega1: 31 x c: 13" in repr(result)

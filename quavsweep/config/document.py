@@ -49,24 +49,6 @@ def read_config(text: str | bytes, where: str) -> Document:
     return document
 
 
-def read_yaml(text: str | bytes, where: str) -> Any:
-    """Return the tree of a config's YAML text.
-
-    Raises
-    ------
-    ConfigError
-        See `read_config`.
-    """
-    return read_config(text, where).tree
-
-
-def plain(node: Any) -> Any:
-    """Return a copy of a tree."""
-    if isinstance(node, dict):
-        return {key: plain(value) for key, value in node.items()}
-    return [plain(item) for item in node] if isinstance(node, list) else node
-
-
 def dump_config(data: Mapping[str, Any]) -> str:
     """Return a canonical config as YAML text."""
     stream = io.StringIO()

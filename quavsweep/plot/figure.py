@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -97,6 +98,14 @@ def draw(
     """
     path = _validate_path(path)
     return _write(make_figure(results, variables=variables, limits=limits, overlays=overlays), path)
+
+
+def picture(result: Result) -> bytes:
+    """Return the figure of a result as a PNG, for notebooks."""
+    buffer = io.BytesIO()
+    with style():
+        make_figure(result).savefig(buffer, format="png", dpi=150)
+    return buffer.getvalue()
 
 
 def draw_point(point: Point, path: Path | str) -> Path:
