@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axis import XAxis, YAxis
-from matplotlib.ticker import AutoLocator, Formatter, LogLocator, NullFormatter
+from matplotlib.ticker import AutoLocator, Formatter, LogLocator, MaxNLocator, NullFormatter
 
 from quavsweep.grid import Axis
 from quavsweep.models import Model
@@ -14,6 +14,7 @@ from quavsweep.plot.style import LABEL_WIDTH, label, power_of, text_length, with
 
 MOST_DECIMALS = 8
 DECADES = 30.0  # a logarithmic axis with more between its ends has a tick per decade
+INTERVALS = 6  # between ticks along a horizontal axis, so that texts such as 0.125 do not touch
 FEW = 4.0  # one with less has ticks at even distances
 
 
@@ -32,6 +33,8 @@ def set_scale(axis: XAxis | YAxis, model: Model, quantity: Axis) -> None:
         return
     if is_log(quantity):
         axis.set_major_locator(AutoLocator() if ratio < FEW else LogLocator(subs=(1.0, 2.0, 5.0)))
+    elif isinstance(axis, XAxis):
+        axis.set_major_locator(MaxNLocator(INTERVALS, steps=[1, 2, 5, 10]))
     power = power_of(values)
     set_power(axis, power)
     axis.set_label_text(label(model, quantity.name, power))
