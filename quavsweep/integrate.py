@@ -138,7 +138,10 @@ def integrate_tile(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evide
                 watcher.settle()
         _record(plan, evidence, alive, layout.state(lanes, alive.size), batches, totals, segment)
         last = segment == clock.segments - 1
+        before = evidence["status"][alive]
         ended = _look(plan, evidence, alive, coefficients[:, alive], last)
+        for watcher in watchers:
+            watcher.void(alive[(evidence["status"][alive] == Status.DIVERGED) & (before != Status.DIVERGED)])
         leaving = np.ones_like(ended) if last else ended
         if layout.vectors and leaving.any():
             evidence["frame"][alive[leaving]] = layout.frame(lanes, alive.size)[leaving]
@@ -227,33 +230,17 @@ def _record(
 def _look(plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.ndarray, last: bool) -> np.ndarray:
     """Look at the living cells after a segment; write what is certain and return which of them have ended."""
     clock = plan.clock
-    u = evidence["state"][alive]
-    steps = evidence["steps"][alive]
-    finite = np.isfinite(u).all(axis=1)
-    beyond = (np.abs(np.where(finite[:, None], u, 0.0)) > plan.sweep.model.bound).any(axis=1)
-    diverged = np.asarray(~finite | beyond)
-    degenerate = np.zeros_like(diverged)
-    if plan.layout.vectors:
-        # All cells of a tile have been integrated equally far; a comparison with NaN or inf is no full rank.
-        segment = int(steps[0]) // clock.segment_steps - 1
-        batches = slice(segment * clock.segment_batches, (segment + 1) * clock.segment_batches)
-        with np.errstate(invalid="ignore"):
-            per_block = evidence["growth"][alive, batches].mean(axis=1) / clock.batch_blocks
-            full_rank = per_block.max(axis=1) - per_block.min(axis=1) <= FULL_RANK
-        degenerate = ~full_rank & ~diverged
-        void = alive[diverged | degenerate]
-        evidence["growth"][void, segment * clock.segment_batches :] = np.nan
-        evidence["growth_total"][void, segment:] = np.nan
-    evidence["status"][alive[diverged]] = Status.DIVERGED
-    evidence["status"][alive[degenerate]] = Status.FRAME_DEGENERATE
-    ended = np.asarray(diverged | degenerate)
-    # A cell may be certified long before the measures let it end.
-    may_end = plan.sweep.config.stop_early and int(steps[0]) >= plan.sweep.measures.hold(clock)
+    u, steps = evidence["state"][alive], evidence["steps"][alive]
+    diverged, degenerate = _breakdowns(plan, evidence, alive)
+    # A cell may be certified, or lose its frame, long before the measures let it end.
+    looked_at = int(steps[0]) < plan.sweep.measures.hold(clock)
+    ended = np.asarray(diverged | (degenerate & (not looked_at)))
+    may_end = plan.sweep.config.stop_early and not looked_at
     if may_end:
         certified = ~ended & (evidence["certificate"][alive] == Certificate.SINK)
         evidence["status"][alive[certified]] = Status.ENDED_SINK
         ended |= certified
-    open_ = np.flatnonzero(~ended & (evidence["certificate"][alive] == Certificate.NONE))
+    open_ = np.flatnonzero(~ended & ~degenerate & (evidence["certificate"][alive] == Certificate.NONE))
     if open_.size:
         ends = examine(plan.program, plan.method, clock.dt, u[open_], coefficients[:, open_])
         _certify(evidence, alive[open_], ends.inside, Certificate.SINK, ends.equilibrium, ends.eigenvalues)
@@ -267,6 +254,29 @@ def _look(plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.nd
             resting = ends.resting & ~ends.inside
             _certify(evidence, alive[open_], resting, Certificate.REST, ends.equilibrium, ends.eigenvalues)
     return ended
+
+
+def _breakdowns(plan: Plan, evidence: Evidence, alive: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Find the cells that diverged and those whose frame has lost rank; give them their status, void their growth."""
+    clock, u = plan.clock, evidence["state"][alive]
+    finite = np.isfinite(u).all(axis=1)
+    beyond = (np.abs(np.where(finite[:, None], u, 0.0)) > plan.sweep.model.bound).any(axis=1)
+    diverged = np.asarray(~finite | beyond)
+    degenerate = np.zeros_like(diverged)
+    if plan.layout.vectors:
+        # All cells of a tile have been integrated equally far; a comparison with NaN or inf is no full rank.
+        segment = int(evidence["steps"][alive[0]]) // clock.segment_steps - 1
+        batches = slice(segment * clock.segment_batches, (segment + 1) * clock.segment_batches)
+        with np.errstate(invalid="ignore"):
+            per_block = evidence["growth"][alive, batches].mean(axis=1) / clock.batch_blocks
+            full_rank = per_block.max(axis=1) - per_block.min(axis=1) <= FULL_RANK
+        degenerate = (~full_rank | (evidence["status"][alive] == Status.FRAME_DEGENERATE)) & ~diverged
+        void = alive[diverged | degenerate]
+        evidence["growth"][void, segment * clock.segment_batches :] = np.nan
+        evidence["growth_total"][void, segment:] = np.nan
+    evidence["status"][alive[diverged]] = Status.DIVERGED
+    evidence["status"][alive[degenerate]] = Status.FRAME_DEGENERATE
+    return diverged, degenerate
 
 
 def _certify(

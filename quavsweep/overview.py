@@ -12,8 +12,8 @@ import numpy as np
 
 from quavsweep.codes import REGION, Status
 from quavsweep.config import Sweep, load_sweep
-from quavsweep.errors import DamageError
-from quavsweep.provenance import Identity, identify
+from quavsweep.errors import DamageError, IdentityError
+from quavsweep.provenance import Identity, identify, subject
 from quavsweep.store import RunFolder, ShardSet, read_result
 
 LOOK_SECONDS = 0.15  # spent on reading shards of an unfinished run
@@ -51,7 +51,7 @@ class Overview:
     @property
     def complete(self) -> bool:
         """Whether there is a result that has every cell."""
-        return bool(self.result) and self.cells_done == self.sweep.grid.size
+        return bool(self.result) and "none" not in self.regions
 
     def to_json(self) -> dict[str, Any]:
         """Return it as data for other programs."""
@@ -107,7 +107,7 @@ class Observer:
             failed, count = 0, self._count(shards)
         return Overview(
             sweep=sweep,
-            tiles=shards.tiles if shards and shards.tile_cells else 0,
+            tiles=shards.tiles if shards else 0,
             tiles_done=len(shards.shards) if shards else 0,
             cells_done=shards.cells_done if shards else 0,
             failed=failed,
@@ -124,19 +124,25 @@ class Observer:
             return None
         # Only where several versions have left shards does it take long to know whose are meant.
         sole = len(present) == 1
-        identity = Identity(*present[0], rules="") if sole else self.folder.present_identity(identify(sweep))
-        return ShardSet.scan(self.folder, sweep, identity, 0)
+        identity = (
+            Identity(*present[0], rules="", subject=subject(sweep))
+            if sole
+            else self.folder.present_identity(identify(sweep))
+        )
+        return ShardSet.scan(self.folder, sweep, identity)
 
     def _count(self, shards: ShardSet | None) -> np.ndarray:
         """Return the cells per region in the shards, as far as they can be read in a short time."""
         if shards is None:
             return np.zeros(len(REGION), dtype=int)
         from quavsweep.classify import classify  # what a finished run need not load
+        from quavsweep.tiling import spread
 
         deadline = time.monotonic() + LOOK_SECONDS
-        for index, shard in shards.shards.items():
+        for tile in spread(shards.tile(index) for index in shards.shards):
+            index, shard = tile.index, shards.shards[tile.index]
             if shard.sha256 not in self._counts:
-                with contextlib.suppress(DamageError):
+                with contextlib.suppress(DamageError, IdentityError):
                     region = classify(shards.sweep, shards.read(index, {}))["region"]
                     self._counts[shard.sha256] = np.bincount(region, minlength=len(REGION))
             if time.monotonic() > deadline:

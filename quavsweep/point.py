@@ -42,6 +42,8 @@ class Point:
         Averages until these times, and their standard errors (inf where there are too few batches).
     indices : tuple of int, optional
         Where the cell lies in the grid of the sweep that it was taken from; None if it is none of its cells.
+    chosen : tuple of str
+        The quantities that were given a value.
     """
 
     sweep: Sweep
@@ -52,9 +54,16 @@ class Point:
     exponents: np.ndarray
     errors: np.ndarray
     indices: tuple[int, ...] | None = None
+    chosen: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Say which cell it is, not all its numbers."""
+        values = {**self.sweep.parameters, **self.sweep.config.initial}
+        at = ", ".join(f"{name} = {values[name]:g}" for name in self.chosen)
+        return f"<quavsweep.Point of {self.sweep.model.name} at {at or 'the defaults'}>"
 
 
-def compute_point(sweep: Sweep, values: Mapping[str, float], stopped: Callable[[], bool] = lambda: False) -> Point:
+def compute_point(sweep: Sweep, values: Mapping[str, float], stopped: Callable[[], bool] | None = None) -> Point:
     """Integrate one cell of a sweep, or one beside its grid.
 
     Parameters
@@ -63,6 +72,9 @@ def compute_point(sweep: Sweep, values: Mapping[str, float], stopped: Callable[[
     values : mapping
         A value for each axis, by name, in its unit; other parameters and initial states may be given as well. A
         value next to one of the axis (to 1e-9 of its range) means that one.
+
+    stopped : callable, optional
+        Asked now and then; once it is true, the integration stops.
 
     Returns
     -------
@@ -76,6 +88,7 @@ def compute_point(sweep: Sweep, values: Mapping[str, float], stopped: Callable[[
     StoppedError
         If `stopped()` became true.
     """
+    stopped = stopped or _never
     single, indices = _single(sweep, values)
     evidence = _integrate(single, stopped)
     result = {name: array[0] for name, array in classify(single, evidence).items()}
@@ -84,7 +97,11 @@ def compute_point(sweep: Sweep, values: Mapping[str, float], stopped: Callable[[
     else:
         until, exponents, errors = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0))
     time, orbit = _orbit(single, int(evidence["steps"][0]), stopped)
-    return Point(single, result, time, orbit, until, exponents, errors, indices)
+    return Point(single, result, time, orbit, until, exponents, errors, indices, tuple(values))
+
+
+def _never() -> bool:
+    return False
 
 
 def _integrate(sweep: Sweep, stopped: Callable[[], bool]) -> Evidence:
@@ -104,6 +121,8 @@ def _single(sweep: Sweep, values: Mapping[str, float]) -> tuple[Sweep, tuple[int
     """Return the sweep of one cell, and where it lies in the grid."""
     chosen, indices = dict(values), []
     names = [axis.name for axis in sweep.grid.axes]
+    for name, value in values.items():
+        _check(sweep, name, value)
     for axis in sweep.grid.axes:
         if axis.name not in values:
             raise ConfigError(f"{axis.name} has no value", possible=f"give {', '.join(f'{n}=...' for n in names)}")
@@ -112,8 +131,6 @@ def _single(sweep: Sweep, values: Mapping[str, float]) -> tuple[Sweep, tuple[int
         if abs(along[nearest] - values[axis.name]) <= SAME * max(float(np.ptp(along)), abs(values[axis.name])):
             chosen[axis.name] = float(along[nearest])
             indices.append(nearest)
-    for name, value in chosen.items():
-        _check(sweep, name, value)
     fixed = {**sweep.parameters, **sweep.config.initial}
     on_grid = len(indices) == len(names) and all(fixed.get(n, v) == v for n, v in chosen.items() if n not in names)
     return sweep.with_fixed(chosen, Grid(())), tuple(indices) if on_grid else None

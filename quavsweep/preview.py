@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from quavsweep.classify import result_variables
 from quavsweep.config import Sweep
 from quavsweep.errors import DamageError
 from quavsweep.grid import Axis, Grid, Tile
 from quavsweep.integrate import Plan, integrate_tile, make_plan
 from quavsweep.kernels.compiler import default_lanes
+from quavsweep.measures import Evidence
 from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet, check_folder
-from quavsweep.tiling import choose_tile_cells
+from quavsweep.tiling import LARGEST_TILE_BYTES, bytes_needed, choose_tile_cells
 
 SAMPLED_CELLS = 128  # of the grid, integrated to learn how long a cell takes
-SAMPLED_SECONDS = 10.0  # at most, by the cost model
+SAMPLED_SECONDS = 4.0  # at most, by the cost model
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class Preview:
     steps_per_cell : float
         Mean number of steps of those cells, which early ends make fewer.
     shard_bytes, result_bytes : int
-        Disk that all shards need, and the result at most, which is compressed.
+        Disk that the missing shards need, and the result at most, which is compressed.
     free_bytes : int
         Free on that disk.
     """
@@ -58,14 +59,19 @@ class Preview:
     free_bytes: int
 
 
-def preview_run(sweep: Sweep, out: Path | str | None = None, workers: int = 2) -> Preview:
+def preview_run(
+    sweep: Sweep, out: Path | str | None = None, workers: int = 2, stop: threading.Event | None = None
+) -> Preview:
     """Return what `run_sweep` would do; nothing is written.
 
     Raises
     ------
     IdentityError
         If the folder holds a different sweep.
+    StoppedError
+        If `stop` was set.
     """
+    stop = stop or threading.Event()
     folder = RunFolder(Path(out) if out is not None else Path("results") / sweep.name)
     identity = identify(sweep)
     check_folder(folder, sweep, identity)
@@ -78,38 +84,49 @@ def preview_run(sweep: Sweep, out: Path | str | None = None, workers: int = 2) -
         except DamageError as error:
             bad.append(str(error))
             del shards.shards[index]
-    extents, size = sweep.extents, sweep.grid.size
-    missing, cells_missing = shards.tiles - len(shards.shards), size - shards.cells_done
-    steps, seconds = _sample(plan) if missing else (math.nan, 0.0)
-    result_bytes = sum(np.dtype(v.dtype).itemsize * math.prod(v.shape(size, extents)) for v in result_variables(sweep))
+    missing, cells_missing = shards.tiles - len(shards.shards), sweep.grid.size - shards.cells_done
+    steps, seconds = _sample(plan, stop) if missing else (math.nan, 0.0)
+    shard_bytes, result_bytes = bytes_needed(sweep, cells_missing)
     return Preview(
         tiles=shards.tiles,
-        cells=size,
+        cells=sweep.grid.size,
         valid=len(shards.shards),
         missing=missing,
         bad=tuple(bad),
         seconds=cells_missing * seconds / min(workers, max(missing, 1)),
         steps_per_cell=steps,
-        shard_bytes=size * sweep.cell_bytes,
+        shard_bytes=shard_bytes,
         result_bytes=result_bytes,
         free_bytes=folder.free_bytes,
     )
 
 
-def _sample(plan: Plan) -> tuple[float, float]:
-    """Return mean steps and mean seconds of a cell, from a few cells that are spread over the grid."""
+def _sample(plan: Plan, stop: threading.Event) -> tuple[float, float]:
+    """Return mean steps and mean seconds of a cell, from a few cells that are spread over the grid.
+
+    Where whole cells would take too long, the cells that are left after some segments are taken to go on to the end.
+    """
     sweep, lanes = plan.sweep, plan.layout.lanes
-    cell_seconds = sweep.clock.steps * plan.step_ns * 1e-9
-    wanted = max(lanes, min(SAMPLED_CELLS, int(SAMPLED_SECONDS / cell_seconds)))
+    segment_seconds = sweep.clock.segment_steps * plan.step_ns * 1e-9
+    wanted = int(min(SAMPLED_CELLS, max(lanes, SAMPLED_SECONDS / (segment_seconds * sweep.clock.segments))))
+    wanted = max(1, min(wanted, LARGEST_TILE_BYTES // sweep.cell_bytes))
+    segments = int(min(sweep.clock.segments, max(1, SAMPLED_SECONDS / (segment_seconds * max(wanted, lanes)))))
     few = Grid(_thinned(sweep.grid.axes, wanted))
-    sample = dataclasses.replace(plan, sweep=dataclasses.replace(sweep, grid=few))
-    tile = Tile(0, 0, min(few.size, wanted))
-    integrate_tile(sample, Tile(0, 0, 1), _not_stopped)  # what is loaded once is no cost of a cell
+    _integrated(plan, few, 1, 1, stop)  # what is loaded once is no cost of a cell
     begin = time.perf_counter()
-    steps = integrate_tile(sample, tile, _not_stopped)["steps"]
-    seconds = time.perf_counter() - begin
-    # Lanes that stay empty here are full in a large tile.
-    return float(steps.mean()), seconds / max(len(tile), min(lanes, sweep.grid.size))
+    cells = min(few.size, wanted)
+    steps = _integrated(plan, few, cells, segments, stop)["steps"].astype(np.float64)
+    seconds = (time.perf_counter() - begin) / max(cells, min(lanes, sweep.grid.size))
+    measured = steps.mean()
+    steps[steps == segments * sweep.clock.segment_steps] = sweep.clock.steps
+    return float(steps.mean()), float(seconds * steps.mean() / measured)
+
+
+def _integrated(plan: Plan, grid: Grid, cells: int, segments: int, stop: threading.Event) -> Evidence:
+    """Integrate the first cells of a grid for so many segments."""
+    clock = dataclasses.replace(plan.clock, segments=max(segments, 1))
+    sweep = dataclasses.replace(plan.sweep, grid=grid, clock=clock)
+    return integrate_tile(dataclasses.replace(plan, sweep=sweep), Tile(0, 0, cells), stop.is_set)
 
 
 def _thinned(axes: tuple[Axis, ...], cells: int) -> tuple[Axis, ...]:
@@ -122,7 +139,3 @@ def _thinned(axes: tuple[Axis, ...], cells: int) -> tuple[Axis, ...]:
         kept.append(Axis(axis.name, tuple(axis.values[j] for j in picked)))
     by_name = {axis.name: axis for axis in kept}
     return tuple(by_name[axis.name] for axis in axes)
-
-
-def _not_stopped() -> bool:
-    return False

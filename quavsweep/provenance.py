@@ -23,12 +23,12 @@ from quavsweep.kernels.syntax import syntax_digest
 HASHED_MODULES = (
     "quavsweep.integrate",
     "quavsweep.clock",
+    "quavsweep.codes",
+    "quavsweep.grid",
     "quavsweep.measures",
-    "quavsweep.measures.dense",
     "quavsweep.measures.lyapunov",
     "quavsweep.measures.measure",
     "quavsweep.measures.variable",
-    "quavsweep.analysis.observer",
     "quavsweep.analysis.certificate",
     "quavsweep.analysis.equilibrium",
     "quavsweep.analysis.interval",
@@ -36,6 +36,7 @@ HASHED_MODULES = (
     "quavsweep.kernels.method",
     "quavsweep.kernels.program",
 )
+DENSE_MODULES = ("quavsweep.measures.dense", "quavsweep.analysis.event", "quavsweep.analysis.observer")
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
 RESULT_MODULES = ("quavsweep.classify", "quavsweep.codes", "quavsweep.store.netcdf", "quavsweep.store.outcome")
 _NO_EVIDENCE = ("name", "classify", "integrate.duration")  # keys that change no integrated number
@@ -58,8 +59,9 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
     """Return all that changes an integrated number, by name: config, equations, kernel, tile loop."""
     program = make_program(sweep.model)
     layout = Layout(program.dimension, sweep.measures.vectors, len(program.coefficients))
+    modules = (*HASHED_MODULES, *(DENSE_MODULES if sweep.measures.dense else ()))
     kept = {k: v for k, v in flatten(sweep.canonical()).items() if not k.startswith(_NO_EVIDENCE)}
-    axes = {axis.name: [value.hex() for value in axis.values] for axis in sweep.grid.axes}
+    axes = _axes(sweep)
     return {
         **{f"config.{key}": value for key, value in kept.items()},
         "axes": digest(axes),
@@ -67,8 +69,25 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
         "model.bound": sweep.model.bound,
         "equations": program.digest,
         "kernel": digest(print_kernel(program, sweep.method, layout, sweep.measures.dense)),
-        **{f"engine.{name}": syntax_digest(name) for name in HASHED_MODULES},
+        **{f"engine.{name}": syntax_digest(name) for name in modules},
     }
+
+
+def _axes(sweep: Sweep) -> dict[str, list[str]]:
+    """Return the exact values of the axes."""
+    return {axis.name: [value.hex() for value in axis.values] for axis in sweep.grid.axes}
+
+
+def subject(sweep: Sweep) -> str:
+    """Return the identity of what a shard is about: the values and times without which its numbers have no meaning.
+
+    Unlike that of the evidence it is the same for all versions of the engine, so that a reader can tell a config that
+    was changed from an engine that was.
+    """
+    clock = sweep.clock
+    times = [clock.dt, clock.block, clock.batch_blocks, clock.segment_batches, clock.transient_segments]
+    fixed = [sorted(sweep.parameters.items()), sorted(sweep.config.initial.items())]
+    return digest([sweep.model.name, list(_axes(sweep).items()), fixed, times])
 
 
 @cache
@@ -107,13 +126,16 @@ class Identity:
     stage : str
         First and last step that the shards cover.
     rules : str
-        Of the thresholds and of the code that uses them.
+        Of the thresholds, of the code that uses them, and of what the model says of its quantities.
+    subject : str
+        Of the values and times that the numbers are about.
     """
 
     evidence: str
     toolchain: str
     stage: str
     rules: str
+    subject: str = ""
 
     @property
     def result(self) -> str:
@@ -122,15 +144,17 @@ class Identity:
 
     @property
     def owner(self) -> str:
-        """The text that a shard carries."""
+        """What a shard tells of those who made it."""
         return f"{self.evidence} {self.toolchain} {self.stage}"
 
 
 def identify(sweep: Sweep) -> Identity:
     """Return the identity of a sweep on this machine."""
     evidence, tools, stage = digest(evidence_parts(sweep)), digest(toolchain()), f"0-{sweep.clock.steps}"
-    rules = [sweep.config.classify.model_dump(), *(syntax_digest(name) for name in RESULT_MODULES)]
-    return Identity(evidence, tools, stage, digest(rules))
+    model = sweep.model
+    told = [repr(model.states), repr(model.parameters), model.time_unit, model.source]
+    rules = [sweep.config.classify.model_dump(), *(syntax_digest(name) for name in RESULT_MODULES), *told]
+    return Identity(evidence, tools, stage, digest(rules), subject(sweep))
 
 
 def changed_keys(old: dict[str, Any], new: dict[str, Any]) -> list[str]:

@@ -32,14 +32,22 @@ class Result:
         What was asked for. Its name is not stored in result files; it is that of the folder's config, if there is one.
     stored : Stored
         Arrays, dimensions and attributes by variable.
+    fixed : tuple of str
+        Axes that were left out by `at`; their values are among the sweep's parameters and initial states.
     """
 
     sweep: Sweep
     stored: Stored
+    fixed: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a variable or coordinate, axes first."""
+        if name not in self.stored.data:
+            raise KeyError(f"there is no {name}; there are {', '.join(self.stored.data)}")
         return self.stored.data[name]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.stored.data)
 
     def __contains__(self, name: str) -> bool:
         """Whether the result has a variable or coordinate of that name."""
@@ -94,8 +102,8 @@ class Result:
                 dims[variable] = tuple(dim for dim in self.stored.dims[variable] if dim not in index)
         axes = tuple(axis for axis in self.sweep.grid.axes if axis.name not in index)
         chosen = {n: float(self.sweep.grid.axes[names.index(n)].values[i]) for n, i in index.items()}
-        sweep = self.sweep.with_fixed(chosen, Grid(axes))
-        return Result(sweep, Stored(data, dims, self.stored.attributes, self.stored.file_attributes))
+        sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *index)
+        return Result(sweep, Stored(data, dims, self.stored.attributes, self.stored.file_attributes), fixed)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the result as an xarray Dataset (needs the extra `xarray`)."""
@@ -129,7 +137,7 @@ def open_result(path: Path | str) -> Result:
     folder.must_exist()
     sweep = load_sweep(folder.config)
     identity = folder.present_identity(identify(sweep))
-    return Result(sweep, outcome_in_memory(ShardSet.scan(folder, sweep, identity, 1)))
+    return Result(sweep, outcome_in_memory(ShardSet.scan(folder, sweep, identity)))
 
 
 def _from_file(path: Path) -> Result:

@@ -24,7 +24,7 @@ from quavsweep.progress import Progress
 from quavsweep.provenance import evidence_parts, identify, machine, toolchain
 from quavsweep.store import RunFolder, Shard, ShardSet, check_folder, read_result, write_shard
 from quavsweep.store.outcome import write_outcome
-from quavsweep.tiling import choose_tile_cells, spread
+from quavsweep.tiling import bytes_needed, choose_tile_cells, spread
 
 Observer = Callable[[Progress], None]
 
@@ -43,7 +43,7 @@ def run_sweep(
     out: Path | str | None = None,
     *,
     workers: int = 2,
-    observe: Observer = lambda progress: None,
+    observe: Observer | None = None,
     stop: threading.Event | None = None,
     accept_toolchain: bool = False,
     exclusive: bool = True,
@@ -67,12 +67,14 @@ def run_sweep(
     accept_toolchain : bool
         Whether to start anew in a folder that holds the evidence of other versions of compilers or libraries.
     exclusive : bool
-        Whether to lock the folder against other runs; two at a time do the same work twice, but no harm.
+        Whether to lock the folder against other runs; two at a time do the same work twice.
     tile_cells, lanes, order_seed : int, optional
         Force a layout or a random order of tiles; the result does not depend on them.
 
     Raises
     ------
+    ConfigError
+        If there are no workers.
     IdentityError
         If the folder holds a different sweep.
     LockedError
@@ -84,21 +86,24 @@ def run_sweep(
     TilesFailedError
         If tiles raised; the result is written all the same.
     """
+    if workers < 1:
+        raise ConfigError(f"{workers} workers cannot work", possible="at least 1")
     stop = stop or threading.Event()
     folder = RunFolder(Path(out) if out is not None else Path("results") / sweep.name)
     with folder.lock(exclusive):
         plan = make_plan(sweep, lanes or default_lanes())
         identity = identify(sweep)
         check_folder(folder, sweep, identity, accept_toolchain)
+        shards = ShardSet.scan(folder, sweep, identity, tile_cells or choose_tile_cells(plan))
+        _check_disk(folder, shards)
         record = {"started": time.time(), "evidence": evidence_parts(sweep), "toolchain": toolchain(), **machine()}
         folder.write_config(dump_config(sweep.canonical()))
         folder.write_record(record)
-        shards = ShardSet.scan(folder, sweep, identity, tile_cells or choose_tile_cells(plan))
-        _check_disk(folder, shards)
         progress = Progress(shards.tiles, sweep.grid.size)
 
         def watch() -> None:
-            observe(progress)
+            if observe is not None:
+                observe(progress)
 
         failed = _complete(plan, shards, workers, progress, watch, stop, order_seed)
         while not _consolidate(folder, shards, failed, progress, watch, stop):
@@ -119,7 +124,7 @@ def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
     Parameters
     ----------
     path : Path
-        Folder of the run, finished or not.
+        Folder of a run whose tiles are all done.
     changes : sequence of str
         Thresholds that differ from the folder's config, as `classify.errors=4`.
 
@@ -130,7 +135,7 @@ def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
     LockedError, DiskError
         As `run_sweep`.
     StoppedError
-        If tiles are missing; the others are in the result.
+        If tiles are missing; nothing is changed then.
     """
     folder = RunFolder(Path(path))
     folder.must_exist()
@@ -140,22 +145,20 @@ def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
             raise ConfigError(
                 "only thresholds can change here", possible="--set classify.KEY=VALUE; the rest needs run"
             )
-        shards = ShardSet.scan(folder, sweep, folder.present_identity(identify(sweep)), 1)
+        shards = ShardSet.scan(folder, sweep, folder.present_identity(identify(sweep)))
+        shards.discard_damaged()
+        if missing := shards.tiles - len(shards.shards):
+            what = f"{missing} of {shards.tiles} tiles are missing; nothing was changed"
+            raise StoppedError(what, str(folder.path), "run the sweep to complete it")
+        if not _consolidate(folder, shards, {}, Progress(0, 0), lambda: None, threading.Event()):
+            raise DamageError("shards were damaged while they were read", str(folder.path), "run the sweep again")
         folder.write_config(dump_config(sweep.canonical()))
-        while not _consolidate(folder, shards, {}, Progress(0, 0), lambda: None, threading.Event()):
-            pass
-    if missing := len(shards.missing()):
-        raise StoppedError(
-            f"{missing} of {shards.tiles} tiles are missing, their cells have no label",
-            str(folder.path),
-            "run the sweep to complete it",
-        )
     return folder.result
 
 
 def _check_disk(folder: RunFolder, shards: ShardSet) -> None:
     """Refuse a run whose shards cannot fit on the disk."""
-    needed, free = (shards.sweep.grid.size - shards.cells_done) * shards.sweep.cell_bytes, folder.free_bytes
+    needed, free = bytes_needed(shards.sweep, shards.sweep.grid.size - shards.cells_done)[0], folder.free_bytes
     if needed > free:
         raise DiskError(
             f"the shards need {needed:.3g} bytes, {free:.3g} are free", str(folder.path), "choose another --out"
@@ -182,7 +185,7 @@ def _complete(
 
     def work(tile: Tile) -> Done:
         evidence = integrate_tile(plan, tile, stop.is_set)
-        shard = write_shard(shards.folder, tile, shards.tile_cells, plan.variables, evidence, shards.identity.owner)
+        shard = write_shard(shards.folder, tile, shards.tile_cells, plan.variables, evidence, shards.identity)
         regions = np.bincount(classify(plan.sweep, evidence)["region"], minlength=len(REGION))
         return Done(shard, int(evidence["steps"].sum()), regions)
 

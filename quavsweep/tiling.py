@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
+import numpy as np
+
+from quavsweep.classify import result_variables
+from quavsweep.config import Sweep
 from quavsweep.grid import Tile
 from quavsweep.integrate import Plan
 
@@ -23,6 +28,13 @@ def choose_tile_cells(plan: Plan) -> int:
     )
     multiple = TILE_MULTIPLE if wanted >= TILE_MULTIPLE or plan.sweep.cell_bytes < 2**20 else 1
     return max(1, round(wanted / multiple)) * multiple
+
+
+def bytes_needed(sweep: Sweep, cells: int) -> tuple[int, int]:
+    """Return the size of the shards of so many cells, and that of the result of all, before it is compressed."""
+    variables, extents = result_variables(sweep), sweep.extents
+    result = sum(np.dtype(v.dtype).itemsize * math.prod(v.shape(sweep.grid.size, extents)) for v in variables)
+    return cells * sweep.cell_bytes, result
 
 
 def spread(tiles: Iterable[Tile]) -> list[Tile]:

@@ -33,8 +33,8 @@ def verify_folder(path: Path) -> Verdict:
     folder.must_exist()
     sweep = load_sweep(folder.config)
     identity = folder.present_identity(identify(sweep))
-    shards = ShardSet.scan(folder, sweep, identity, 1)
-    damaged = []
+    shards = ShardSet.scan(folder, sweep, identity)
+    damaged = shards.truncated()
     for index in sorted(shards.shards):
         try:
             shards.read(index, {})

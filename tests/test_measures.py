@@ -118,6 +118,39 @@ def test_an_orbit_that_begins_beyond_the_limit(monkeypatch: pytest.MonkeyPatch) 
     assert (evidence["first_time"] == 0).all()
 
 
+def test_an_orbit_that_begins_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    at_once = _oscillator("first_time: {of: x, below: 1.0}", monkeypatch)
+    assert (np.abs(_evidence(at_once)["first_time"]) < 1e-6).all()
+    leaves = _oscillator("first_time: {of: v, below: 0.0}", monkeypatch)
+    assert (np.abs(_evidence(leaves)["first_time"]) < 1e-6).all()
+
+
+def test_a_frame_that_loses_rank_does_not_end_what_looks_at_states(make_sweep: Callable[..., Sweep]) -> None:
+    one = ("start: 0.5, stop: 600, num: 60", "values: [28]")
+    peak = ", peak: {of: [z], until: 90}, orbit: {every: 2, until: 90}"
+    good = _evidence(make_sweep(LORENZ, one, ("block: 5}", "block: 50}" + peak)))
+    lost = _evidence(make_sweep(LORENZ, one, ("block: 5}", "block: 200}" + peak)))
+    assert lost["status"][0] == Status.FRAME_DEGENERATE
+    assert lost["peak"].tolist() == good["peak"].tolist()
+    np.testing.assert_array_equal(lost["orbit"], good["orbit"])
+    assert np.isnan(lost["growth"]).all()
+
+
+def test_a_cell_that_diverges_has_no_peak(make_sweep: Callable[..., Sweep]) -> None:
+    values = ("start: 0.5, stop: 600, num: 60", "values: [28, 2000]")
+    evidence = _evidence(make_sweep(LORENZ, values, ("block: 5}", "block: 5}, peak: {of: [z], until: 50}")))
+    assert evidence["status"][1] == Status.DIVERGED
+    assert np.isfinite(evidence["peak"][0]).all()
+    assert np.isnan(evidence["peak"][1]).all()
+
+
+@pytest.mark.parametrize("until", [1e-3, 0.02, 0.5, 700])
+def test_a_window_is_never_empty(make_sweep: Callable[..., Sweep], until: float) -> None:
+    measures = f"orbit: {{every: 0.02, until: {until}}}, peak: {{of: [p], until: {until}}}"
+    canonical = make_sweep(YAW, ("block: 25}", "block: 25}, " + measures)).canonical()
+    assert parse_sweep(dump_config(canonical)).canonical() == canonical
+
+
 ALL = (
     "orbit: {every: 0.4, until: 60}, samples: {section: {of: z, at: 27}, max: 20}, "
     "peak: {of: [x, z], until: 50}, first_time: {of: z, above: 30, until: 40}"

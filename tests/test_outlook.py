@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
+import importlib.util
 import io
 import json
+import re
+import subprocess
 import threading
 import time
 from collections.abc import Callable
@@ -24,11 +28,13 @@ from quavsweep.models import NAMES, load_model
 from quavsweep.overview import Observer
 from quavsweep.preview import preview_run
 from quavsweep.progress import Progress
-from quavsweep.provenance import toolchain
+from quavsweep.provenance import DENSE_MODULES, HASHED_MODULES, identify, toolchain
 from quavsweep.result import open_result
+from quavsweep.store import RunFolder
 from quavsweep.summary import summarise
 from quavsweep.sweep import reclassify, run_sweep
 from quavsweep.tiling import spread
+from quavsweep.verify import verify_folder
 from tests.conftest import LORENZ, YAW
 
 
@@ -153,9 +159,10 @@ def test_labels_anew_from_stored_evidence(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="not the folder of a run"):
         reclassify(tmp_path / "none")
     next(tmp_path.rglob("tile-*.h5")).unlink()
-    with pytest.raises(StoppedError, match="1 of 2 tiles are missing"):
-        reclassify(tmp_path)
-    assert (open_result(path)["region"] == Region.NONE).any()
+    with pytest.raises(StoppedError, match="1 of 2 tiles are missing; nothing was changed"):
+        reclassify(tmp_path, ["classify.neutral=0.1"])
+    assert path.read_bytes() == before
+    assert load_sweep(tmp_path / "config.yaml").config.classify.neutral == 5
     assert run_sweep(parse_sweep(YAW), tmp_path).read_bytes() == before
 
 
@@ -233,3 +240,85 @@ def test_the_schema_accepts_what_the_reader_accepts(make_sweep: Callable[..., Sw
     ):
         assert list(check.iter_errors(canonical | broken)), broken
     assert "speed of the front and rear rotors [rad/s]" in json.dumps(schema)
+
+
+def test_a_config_that_was_edited_labels_nothing(tmp_path: Path) -> None:
+    path = run_sweep(parse_sweep(YAW), tmp_path)
+    path.unlink()
+    config = tmp_path / "config.yaml"
+    config.write_text(config.read_text().replace("stop: 500", "stop: 600"))
+    for read in (open_result, reclassify, verify_folder):
+        with pytest.raises(IdentityError, match="made with another config than"):
+            read(tmp_path)
+    assert Observer.of(tmp_path).look().looked_at == 0
+    config.unlink()
+    assert run_sweep(parse_sweep(YAW), tmp_path) == path
+
+
+def test_a_result_is_not_lost_by_labels_anew(tmp_path: Path) -> None:
+    path = run_sweep(parse_sweep(YAW), tmp_path)
+    before = path.read_bytes()
+    shard = next(tmp_path.rglob("tile-*.h5"))
+    data = bytearray(shard.read_bytes())
+    data[len(data) // 2] ^= 1
+    shard.write_bytes(data)
+    with pytest.raises(StoppedError, match="nothing was changed"):
+        reclassify(tmp_path, ["classify.neutral=0.1"])
+    assert path.read_bytes() == before
+
+
+def test_whoever_looks_does_not_keep_a_run_out(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path)
+    with folder.lock():
+        assert folder.holder
+    stop = threading.Event()
+
+    def look() -> None:
+        while not stop.is_set():
+            assert isinstance(folder.holder, str)
+
+    looker = threading.Thread(target=look)
+    looker.start()
+    try:
+        for _ in range(100):
+            with folder.lock():
+                pass
+    finally:
+        stop.set()
+        looker.join()
+
+
+def test_a_locked_start_leaves_files_that_are_being_written(tmp_path: Path) -> None:
+    with subprocess.Popen(["sleep", "60"]) as other:
+        living, dead = tmp_path / f".quavsweep-{other.pid}-a", tmp_path / ".quavsweep-4194999-b"
+        living.touch()
+        dead.touch()
+        with RunFolder(tmp_path).lock():
+            assert living.exists()
+            assert not dead.exists()
+        other.kill()
+
+
+def test_evidence_is_that_of_every_module_that_makes_it() -> None:
+    """What `integrate` imports decides its numbers; only what prints and compiles is seen in the kernel's text."""
+    imported: set[str] = set()
+    todo = ["quavsweep.integrate"]
+    while todo:
+        name = todo.pop()
+        if name not in imported:
+            imported.add(name)
+            source = Path(importlib.util.find_spec(name).origin).read_text()  # type: ignore[union-attr, arg-type]
+            todo += re.findall(r"^from (quavsweep\.[\w.]+) import", source, re.MULTILINE)
+    elsewhere = {"quavsweep.errors", "quavsweep.config", "quavsweep.models"}  # errors; in the values; in the program
+    printed = {"quavsweep.kernels.compiler", "quavsweep.kernels.printer", "quavsweep.kernels.cache"}
+    derived = {"quavsweep.kernels.lookup", "quavsweep.kernels.syntax"}
+    hashed = {*HASHED_MODULES, *DENSE_MODULES}
+    beside = {name for name in imported if name.startswith(tuple(elsewhere | printed | derived))}
+    assert imported - beside == hashed
+
+
+def test_what_is_said_of_quantities_is_part_of_a_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep = parse_sweep(YAW)
+    other = dataclasses.replace(sweep, model=dataclasses.replace(sweep.model, source="elsewhere"))
+    assert identify(other).evidence == identify(sweep).evidence
+    assert identify(other).result != identify(sweep).result

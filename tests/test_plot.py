@@ -177,3 +177,12 @@ def test_a_line_is_hatched_where_nothing_is_computed(tmp_path: Path, make_sweep:
     axes = make_figure(unfinished).axes[0]
     assert sum(patch.get_hatch() is not None for patch in axes.patches) == 3
     assert axes.get_legend().get_texts()[-1].get_text() == "not computed"
+
+
+def test_a_figure_says_at_which_values_it_is(result: Result) -> None:
+    figure = make_figure(result.at(c=5))
+    assert figure.get_suptitle() == r"$c = 5\,\mathrm{rad}\,\mathrm{s}^{-1}$"
+    assert figure.axes[0].get_xlabel() == r"$\Omega_1$ ($\mathrm{rad}\,\mathrm{s}^{-1}$)"
+    cell = make_figure(result.at(c=5).at(Omega1=50)).get_suptitle()
+    assert r"\Omega_1 = 50" in cell
+    assert "$c = 5" in cell

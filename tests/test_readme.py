@@ -83,6 +83,29 @@ def test_the_example_of_a_config_is_one() -> None:
     assert not parse_sweep(text).warnings
 
 
+def _commands_in_tables() -> list[str]:
+    rows = [line for line in README.splitlines() if line.startswith("|")]
+    return [text for row in rows for text in re.findall(r"`([^`]+)`", row) if text.startswith(("pytest", "python"))]
+
+
+def test_commands_in_tables_name_tests_and_benchmarks_that_are_there() -> None:
+    commands = _commands_in_tables()
+    assert len(commands) >= 6
+    for command in commands:
+        if command.startswith("pytest"):
+            words = [sys.executable, "-m", *command.split(), "--collect-only"]
+            done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, command + done.stdout
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
+def test_the_benchmark_in_the_table_runs() -> None:
+    assert "python -m benchmarks.kernel" in _commands_in_tables()
+    script = "import benchmarks.kernel as k; k.SAMPLES, k.SAMPLE_SECONDS = 1, 0.05; k.main()"
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_setting_up_is_tested_on_every_push() -> None:
     script = (ROOT / ".ci" / "run").read_text()
     for name in ("first command", "test command"):

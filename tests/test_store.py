@@ -6,6 +6,7 @@ import errno
 import io
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -13,10 +14,10 @@ import numpy as np
 import pytest
 
 from quavsweep.config import Sweep
-from quavsweep.errors import DamageError, DiskError, LockedError
+from quavsweep.errors import DamageError, DiskError, IdentityError, LockedError
 from quavsweep.grid import Tile
 from quavsweep.integrate import integrate_tile, make_plan
-from quavsweep.provenance import identify
+from quavsweep.provenance import Identity, identify
 from quavsweep.store import RunFolder, ShardSet, read_result, write_shard
 from quavsweep.store.publish import PatientFile, publish_bytes, publish_hdf5
 from quavsweep.store.shard import Shard, read_shard, scan_shards, set_aside
@@ -24,6 +25,7 @@ from quavsweep.sweep import run_sweep
 from tests.conftest import YAW
 
 TILE = Tile(1, 32, 45)
+IDENTITY = Identity("evidence", "toolchain", "0-1", "rules", "subject")
 
 
 @pytest.fixture
@@ -35,11 +37,11 @@ def sweep(make_sweep: Callable[..., Sweep]) -> Sweep:
 def shard(sweep: Sweep, tmp_path: Path) -> Shard:
     tile = Tile(1, 32, 45)
     evidence = integrate_tile(make_plan(sweep, 16), tile, lambda: False)
-    return write_shard(tmp_path / "shards", tile, 32, sweep.measures.evidence, evidence, "owner")
+    return write_shard(tmp_path / "shards", tile, 32, sweep.measures.evidence, evidence, IDENTITY)
 
 
-def _read(shard: Shard, sweep: Sweep, tile: Tile = TILE, owner: str = "owner") -> dict[str, np.ndarray]:
-    return read_shard(shard, tile, sweep.measures.evidence, sweep.extents, owner)
+def _read(shard: Shard, sweep: Sweep, tile: Tile = TILE, identity: Identity = IDENTITY) -> dict[str, np.ndarray]:
+    return read_shard(shard, tile, sweep.measures.evidence, sweep.extents, identity)
 
 
 def test_a_shard_returns_what_was_written(shard: Shard, sweep: Sweep) -> None:
@@ -51,7 +53,7 @@ def test_a_shard_returns_what_was_written(shard: Shard, sweep: Sweep) -> None:
 
 def test_the_same_evidence_gives_the_same_bytes(shard: Shard, sweep: Sweep, tmp_path: Path) -> None:
     evidence = _read(shard, sweep)
-    again = write_shard(tmp_path / "more", Tile(1, 32, 45), 32, sweep.measures.evidence, evidence, "owner")
+    again = write_shard(tmp_path / "more", Tile(1, 32, 45), 32, sweep.measures.evidence, evidence, IDENTITY)
     assert again.path.name == shard.path.name
     assert again.path.read_bytes() == shard.path.read_bytes()
 
@@ -68,7 +70,9 @@ def test_every_flipped_bit_is_seen(shard: Shard, sweep: Sweep) -> None:
 
 def test_truncated_and_foreign_shards_are_seen(shard: Shard, sweep: Sweep) -> None:
     with pytest.raises(DamageError, match="another tile"):
-        _read(shard, sweep, owner="somebody else")
+        _read(shard, sweep, identity=replace(IDENTITY, evidence="other"))
+    with pytest.raises(IdentityError, match="another config"):
+        _read(shard, sweep, identity=replace(IDENTITY, subject="other"))
     with pytest.raises(DamageError, match="another tile"):
         _read(shard, sweep, Tile(2, 64, 77))
     shard.path.write_bytes(shard.path.read_bytes()[:-1])

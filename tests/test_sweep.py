@@ -146,7 +146,7 @@ def test_another_engine_or_toolchain_is_refused(tmp_path: Path, monkeypatch: pyt
     sweep = parse_sweep(YAW)
     run_sweep(sweep, tmp_path)
     monkeypatch.setattr("quavsweep.provenance.syntax_digest", lambda code: "edited")
-    with pytest.raises(IdentityError, match=r"engine.quavsweep.integrate: [0-9a-f]+\.\.\. there, edited here"):
+    with pytest.raises(IdentityError, match=r"engine.quavsweep.analysis.certificate: \w+\.\.\. there, edited here"):
         run_sweep(sweep, tmp_path)
 
 

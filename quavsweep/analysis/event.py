@@ -18,11 +18,14 @@ Event = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of states (D, n) and c
 def crossings(before: np.ndarray, after: np.ndarray, direction: str) -> np.ndarray:
     """Return where values change their sign from one to the next: upward, downward, or `both`; bool.
 
-    A value that is zero belongs to the side that it comes to, so that no crossing is counted twice.
+    A value that is zero counts with the step that reaches it, not with the one that leaves it, so no crossing is
+    counted twice; an orbit that touches zero exactly there and turns back counts as well. `beyond` is a step that
+    ends above zero and began at or below it.
     """
     up = (before < 0) & (after >= 0)
     down = (before > 0) & (after <= 0)
-    return np.asarray({"up": up, "down": down, "both": up | down}[direction])
+    beyond = (before <= 0) & (after > 0)
+    return np.asarray({"up": up, "down": down, "both": up | down, "beyond": beyond}[direction])
 
 
 def step(program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:

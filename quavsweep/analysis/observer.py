@@ -75,7 +75,7 @@ class Crossings:
     event : callable
         From states (D, ...) and coefficients (C, ...) to values.
     direction : str
-        `up`, `down` or `both`.
+        `up`, `down`, `both` or `beyond`, see `crossings`.
     first, last : int
         Steps between which crossings count.
     """
@@ -120,6 +120,9 @@ class Watcher:
 
     def settle(self) -> None:
         """Write down what has been seen since the last call."""
+
+    def void(self, cells: np.ndarray) -> None:
+        """Take back what means nothing for cells that diverged just now."""
 
 
 class Strobe(Watcher):
@@ -195,6 +198,12 @@ class PeakWatcher(Watcher):
             first = order[np.unique(cells[order], return_index=True)[1]]
             self._offer(column, cells[first], times[first], states[first, i])
 
+    def void(self, cells: np.ndarray) -> None:
+        """Leave no peak where the orbit diverged before the end of the window."""
+        unfinished = cells[self._scene.evidence["steps"][cells] - self._scene.clock.segment_steps < self._last]
+        self._scene.evidence["peak"][unfinished] = np.nan
+        self._scene.evidence["peak_time"][unfinished] = np.nan
+
     def _offer(self, column: int, cells: np.ndarray, times: np.ndarray, values: np.ndarray) -> None:
         peak = self._scene.evidence["peak"]
         better = ~(np.abs(values) <= np.abs(peak[cells, column])) & np.isfinite(values)
@@ -209,9 +218,9 @@ class FirstTimeWatcher(Watcher):
         limit, direction = first_time.limit
         index = scene.state(first_time.of)
         self._scene, self._index, self._limit = scene, index, limit
-        self._sign = 1.0 if direction == "up" else -1.0
+        self._sign = sign = 1.0 if direction == "up" else -1.0
         last = first_time.hold(scene.clock)
-        self._crossings = Crossings(scene, lambda u, c: u[index] - limit, direction, 0, last)
+        self._crossings = Crossings(scene, lambda u, c: sign * (u[index] - limit), "beyond", 0, last)
 
     def see(self, chunk: Chunk) -> None:
         """Mark the crossings of a chunk; an orbit may begin beyond the limit."""

@@ -11,7 +11,7 @@ import click
 from quavsweep.cli.draw import plot, point
 from quavsweep.cli.look import export, status, verify
 from quavsweep.cli.run import classify, run
-from quavsweep.cli.text import say, warn
+from quavsweep.cli.text import deafen, say, warn
 from quavsweep.cli.write import init, schema
 from quavsweep.errors import QuavsweepError
 
@@ -70,6 +70,9 @@ def _main() -> int:
     arguments = [argument for argument in sys.argv[1:] if argument != "--traceback"]
     try:
         cli.main(args=arguments, prog_name="quavsweep", standalone_mode=False)
+    except BrokenPipeError:
+        deafen()
+        return 0
     except (Exception, KeyboardInterrupt) as error:
         if show:
             traceback.print_exc()

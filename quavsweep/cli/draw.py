@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from quavsweep.cli.option import PATH, KeyValue, Limits
-from quavsweep.cli.text import say, table
+from quavsweep.cli.run import measured
+from quavsweep.cli.text import say, table, warn
 from quavsweep.errors import DamageError
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def plot(
     overlays: tuple[str, ...],
     at: tuple[tuple[str, float], ...],
 ) -> None:
-    """Draw runs, finished or not, or result files; several give a panel each.
+    """Draw a run, finished or not; several give a panel each.
 
     \b
     quavsweep plot results/omega_c
@@ -54,6 +55,10 @@ def plot(
     from quavsweep.result import open_result
 
     results = [open_result(source).at(**dict(at)) for source in sources]
+    for name, asked in at:
+        used = {**results[0].sweep.parameters, **results[0].sweep.config.initial}[name]
+        if used != asked:
+            warn(f"{name} = {used:g}, the value of the grid that is nearest to {asked:g}")
     folder = sources[0] if sources[0].is_dir() else sources[0].parent
     plain = len(sources) == 1 and not (variables or limits or overlays or at)
     path = out or folder / ("map.png" if plain else "plot.png")  # map.png is the run's own
@@ -108,10 +113,13 @@ def _different(single: Point, path: Path) -> list[str]:
     """Return the variables whose bits differ from those of the result."""
     import numpy as np
 
+    from quavsweep.codes import Status
     from quavsweep.result import open_result
 
     result = open_result(path)
     stored = {name: np.asarray(result[name][single.indices]) for name in single.values}
+    if int(stored["status"]) in (Status.NOT_COMPUTED, Status.FAILED):
+        return ["all of it (the cell is not computed there)"]
     return [name for name, value in single.values.items() if np.asarray(value).tobytes() != stored[name].tobytes()]
 
 
@@ -142,7 +150,7 @@ def _numbers(single: Point, given: Container[str]) -> list[tuple[str, str]]:
         eigenvalues = zip(values["eigenvalue_re"], values["eigenvalue_im"], strict=True)
         rows.append(("eigenvalues", ", ".join(f"{re:.6g}{im:+.6g}i" if im else f"{re:.6g}" for re, im in eigenvalues)))
     rows.append(("final state", _named(dict(zip(model.state_names, values["final_state"], strict=True)))))
-    return rows
+    return rows + measured(single.sweep, values)
 
 
 def _error(error: float) -> str:

@@ -126,6 +126,8 @@ def export(source: Path, variables: tuple[str, ...], kind: str | None, out: Path
 
     if kind is None:
         raise click.UsageError("give --csv or --nc", click.get_current_context())
+    if out is not None and (out.name == "result.h5" or (kind == "nc" and str(out) == "-")):
+        raise click.UsageError(f"--out {out}: choose another name", click.get_current_context())
     result = open_result(source)
     folder = source if source.is_dir() else source.parent
     path = out or folder / f"{variables[0]}.{kind}"

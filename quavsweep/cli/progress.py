@@ -93,7 +93,10 @@ def details(progress: Progress) -> list[str]:
 
 @contextlib.contextmanager
 def show_progress(name: str) -> Iterator[Shown]:
-    """Yield the observer of a run, for `run_sweep(..., observe=)`; it writes to standard error."""
+    """Show the progress of a run on standard error, as long as the context lasts.
+
+    Use it as `with show_progress("name") as observe:` around `run_sweep(sweep, observe=observe)`.
+    """
     if sys.stderr is None or sys.stderr.closed:
         yield Shown(name)
     elif sys.stderr.isatty():

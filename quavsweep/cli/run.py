@@ -13,13 +13,18 @@ import click
 
 from quavsweep.cli.option import PATH, Seconds, changes_option
 from quavsweep.cli.text import amount, count, duration, say, table, warn
-from quavsweep.errors import ConfigError, TilesFailedError
+from quavsweep.errors import QuavsweepError, TilesFailedError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy as np
+
     from quavsweep.config import Sweep
     from quavsweep.result import Result
 
 EXIT_SECOND_INTERRUPT = 130
+MOST_NUMBERS = 6  # of a measure, that are printed for a single cell
 
 
 @click.command()
@@ -61,7 +66,7 @@ def run(
     for warning in sweep.warnings:
         warn(f"warning: {config}: {warning}")
     if dry_run:
-        _preview(sweep, out, workers)
+        _preview(sweep, out, workers, stop)
         return
     from quavsweep.cli.progress import show_progress
     from quavsweep.sweep import run_sweep
@@ -101,7 +106,7 @@ def classify(folder: Path, changes: tuple[str, ...], no_plot: bool) -> None:
 
     begin = time.monotonic()
     path = reclassify(folder, changes)
-    _finish(path.parent, folder.name, time.monotonic() - begin, 0, not no_plot)
+    _finish(path.parent, "", time.monotonic() - begin, 0, not no_plot)
 
 
 def _finish(folder: Path, name: str, seconds: float, cells_run: int, with_plot: bool) -> None:
@@ -115,9 +120,9 @@ def _finish(folder: Path, name: str, seconds: float, cells_run: int, with_plot: 
 
         try:
             rows.append(("map", str(draw(result, folder / "map.png"))))
-        except ConfigError as error:
+        except QuavsweepError as error:
             rows.append(("no map", str(error)))
-    say(table([("sweep", described(name, result.sweep)), *rows]))
+    say(table([("sweep", described(name or result.sweep.name, result.sweep)), *rows]))
 
 
 def described(name: str, sweep: Sweep) -> str:
@@ -141,6 +146,8 @@ def shares(result: Result) -> list[tuple[str, str]]:
     summary = summarise(result)
     meanings = {code.name: code.meaning for code in REGION}
     rows = [(meanings[name], _share(n, summary.cells)) for name, n in summary.regions.items()]
+    if not result.sweep.grid.axes:
+        rows += measured(result.sweep, {name: result[name] for name in result.variables})
     if summary.was_chaotic:
         rows.append(("chaotic on the way", _share(summary.was_chaotic, summary.cells)))
     if summary.sum_error is not None:
@@ -149,15 +156,28 @@ def shares(result: Result) -> list[tuple[str, str]]:
     return rows
 
 
+def measured(sweep: Sweep, values: Mapping[str, np.ndarray]) -> list[tuple[str, str]]:
+    """Return rows of what the measures of a single cell found, as far as it is a few numbers."""
+    rows = []
+    for variable in sweep.measures.outputs:
+        value, unit = values[variable.name], sweep.unit(variable)
+        if value.size <= MOST_NUMBERS and len(variable.dims) < 2:
+            names = [str(n) for dim in variable.dims for n in sweep.dimensions[dim].values] or [""]
+            numbers = [float(x) for x in value.reshape(-1)]
+            text = ", ".join(f"{name} {x:.6g}".strip() for name, x in zip(names, numbers, strict=True))
+            rows.append((variable.name, text + (f" {unit}" if unit not in ("", "1") else "")))
+    return rows
+
+
 def _share(count: int, cells: int) -> str:
     return f"{count:>12,}  {100 * count / cells:5.1f} %"
 
 
-def _preview(sweep: Sweep, out: Path | None, workers: int) -> None:
+def _preview(sweep: Sweep, out: Path | None, workers: int, stop: threading.Event) -> None:
     """Print what a run would do."""
     from quavsweep.preview import preview_run
 
-    preview = preview_run(sweep, out, workers)
+    preview = preview_run(sweep, out, workers, stop)
     steps = "" if not preview.missing else f", about {preview.steps_per_cell:,.0f} of {sweep.clock.steps:,} steps each"
     rows = [
         ("sweep", described(sweep.name, sweep) + steps),

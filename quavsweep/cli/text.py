@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 import sys
@@ -11,7 +12,7 @@ from collections.abc import Iterable
 
 import click
 
-from quavsweep.errors import ConfigError
+from quavsweep.errors import ConfigError, DiskError
 
 COLUMNS = 80
 _UNITS = {"d": 86400.0, "h": 3600.0, "m": 60.0, "min": 60.0, "s": 1.0}
@@ -23,9 +24,17 @@ def say(text: object) -> None:
         click.echo(text)
         sys.stdout.flush()
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (OSError, ValueError, AttributeError):
+        deafen()
+    except OSError as error:
+        if error.errno == errno.ENOSPC:
+            raise DiskError("cannot be written: no space left", "standard output") from error
+    except (ValueError, AttributeError):
         pass
+
+
+def deafen() -> None:
+    """Send what is still to be printed nowhere, once nobody reads it."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def warn(text: object) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
 from pathlib import Path
 
 import click
@@ -26,7 +28,8 @@ def init(model: str, out: Path | None) -> None:
     from quavsweep.models import load_model
 
     path = out or Path(f"{model}.yaml")
-    text = make_template(load_model(model), path.stem if str(path) != "-" else model)
+    name = re.sub(r"[^A-Za-z0-9._-]|^[._-]", "_", path.stem).lstrip("_") or model
+    text = make_template(load_model(model), name if str(path) != "-" else model)
     if str(path) == "-":
         say(text.rstrip())
         return
@@ -37,7 +40,7 @@ def init(model: str, out: Path | None) -> None:
         raise ConfigError("exists already", str(path), "name another file with --out") from error
     except OSError as error:
         raise DiskError(f"cannot be written: {error.strerror}", str(path)) from error
-    say(f"{path}: run it with quavsweep run {path}")
+    say(f"{path}: run it with quavsweep run {shlex.quote(str(path))}")
 
 
 @click.command()

@@ -54,7 +54,7 @@ def parse_sweep(text: str | bytes, where: str = "config", changes: Sequence[str]
         document = read_config(text, where)
     except UnreadableError as error:
         raise explained(error) from error
-    apply_changes(document, changes)
+    apply_changes(document, [changes] if isinstance(changes, str) else changes)
     try:
         config = Config.model_validate(document.tree)
     except ValidationError as error:

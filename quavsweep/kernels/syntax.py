@@ -6,10 +6,13 @@ import ast
 import hashlib
 import inspect
 import textwrap
+import threading
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+
+_PARSING = threading.Lock()  # Python 3.11's parser counts its depth wrongly where threads take turns in it
 
 
 def syntax_digest(code: str | Callable[..., Any]) -> str:
@@ -27,7 +30,8 @@ def syntax_digest(code: str | Callable[..., Any]) -> str:
         text = Path(spec.origin).read_text(encoding="utf-8")
     else:
         text = textwrap.dedent(inspect.getsource(code))
-    tree = ast.parse(text)
+    with _PARSING:
+        tree = ast.parse(text)
     for node in ast.walk(tree):
         if (
             isinstance(node, ast.Module | ast.FunctionDef | ast.ClassDef)

@@ -37,7 +37,7 @@ class Orbit(DenseMeasure):
 
     def steps(self, clock: Clock) -> range:
         """Return the steps after which the state is stored."""
-        last = clock.steps if self.until is None else clock.steps_of(self.until)
+        last = last_step(self.until, clock)
         return range(clock.steps_of(self.after), last + 1, clock.steps_of(self.every) or 1)
 
     def dimensions(self, model: Model, clock: Clock) -> tuple[Dimension, ...]:
@@ -59,7 +59,7 @@ class Orbit(DenseMeasure):
     def rounded(self, model: Model, clock: Clock) -> Self:
         """Return it with whole steps."""
         stride = max(1, clock.steps_of(self.every)) * clock.dt
-        until = None if self.until is None else clock.steps_of(self.until) * clock.dt
+        until = None if self.until is None else last_step(self.until, clock) * clock.dt
         return self.model_copy(update={"every": stride, "after": clock.steps_of(self.after) * clock.dt, "until": until})
 
     def hold(self, clock: Clock) -> int:

@@ -166,4 +166,4 @@ def _draw_state(axes: Axes, result: Result) -> None:
 
 def _title(result: Result, width: float) -> str:
     initial = [result.sweep.config.initial.get(name, 0.0) for name in result.sweep.model.state_names]
-    return cell_title(result.sweep, initial, int(result["region"]), width)
+    return cell_title(result.sweep, initial, int(result["region"]), width, result.fixed)

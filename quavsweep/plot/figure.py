@@ -18,6 +18,7 @@ from quavsweep.plot.line import make_line_figure
 from quavsweep.plot.map import make_map_figure
 from quavsweep.plot.point import make_point_figure
 from quavsweep.plot.style import style
+from quavsweep.plot.title import LINE, fixed_title
 
 if TYPE_CHECKING:
     from quavsweep.point import Point
@@ -55,13 +56,26 @@ def make_figure(
         If there is no such variable or curve, the limits do not ascend, or the sweep has more than two axes.
     """
     runs = list(results) if isinstance(results, Sequence) else [results]
+    variables = (variables,) if isinstance(variables, str) else variables
+    overlays = (overlays,) if isinstance(overlays, str) else overlays
     if limits is not None and not limits[0] < limits[1]:
         raise ConfigError(f"limits must ascend, {limits[0]:g} to {limits[1]:g} does not")
     count = _axes_count(runs)
     with style():
         if len(runs) > 1:
             return compare(runs, variables, limits, overlays)
-        return (make_cell_figure, make_line_figure, make_map_figure)[count](runs[0], variables, limits, overlays)
+        figure = (make_cell_figure, make_line_figure, make_map_figure)[count](runs[0], variables, limits, overlays)
+        if count and runs[0].fixed:
+            _tell_fixed(figure, runs[0])
+        return figure
+
+
+def _tell_fixed(figure: Figure, result: Result) -> None:
+    """Write above a figure at which values of other axes it is."""
+    width, height = figure.get_size_inches()
+    title = fixed_title(result.sweep, result.fixed, width)
+    figure.set_size_inches(width, height + LINE * (title.count("\n") + 1))
+    figure.suptitle(title, fontsize=8)
 
 
 def _axes_count(runs: Sequence[Result]) -> int:

@@ -27,7 +27,7 @@ WIDTH = 2.9  # inches of that
 def make_point_figure(point: Point) -> Figure:
     """Return the figure of a single cell."""
     trace = point_trace(point)
-    title = cell_title(point.sweep, point.orbit[0], int(point.values["region"]), PAGE)
+    title = cell_title(point.sweep, point.orbit[0], int(point.values["region"]), PAGE, point.chosen)
     with style():
         heights = orbit_height(trace), LOWER + legend_height(convergence_handles(point), WIDTH)
         figure = Figure(figsize=(PAGE, sum(heights) + LINE * (title.count("\n") + 1)), layout="constrained")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 from quavsweep.codes import REGION
 from quavsweep.config import Sweep
@@ -13,20 +13,29 @@ LINE = 0.16  # inches
 FEW = 3  # initial values that are written down even if they are zero
 
 
-def cell_title(sweep: Sweep, initial: Sequence[float], region: int, width: float) -> str:
-    """Return model, parameters that differ from its defaults, initial state and region, in lines of so many inches."""
+def cell_title(sweep: Sweep, initial: Sequence[float], region: int, width: float, named: Container[str] = ()) -> str:
+    """Return model, parameters, initial state and region, in lines of so many inches.
+
+    Parameters are written down that differ from the model's defaults or are among those named.
+    """
     model, parameters = sweep.model, sweep.parameters
-    changed = [
-        _assignment(symbol(model, name)[1:-1], parameters[name], model.quantity(name).unit)
-        for name, default in model.defaults.items()
-        if parameters[name] != default
-    ]
+    told = [name for name, default in model.defaults.items() if parameters[name] != default or name in named]
+    changed = [_assignment(symbol(model, name)[1:-1], parameters[name], model.quantity(name).unit) for name in told]
     starts = [
         _assignment(f"{state.symbol or state.name}(0)", value, state.unit)
         for state, value in zip(model.states, initial, strict=True)
         if value or len(initial) <= FEW
     ]
     return _lines([model.name.replace("_", " "), *changed, *starts, REGION[region].meaning], int(PER_INCH * width))
+
+
+def fixed_title(sweep: Sweep, names: Sequence[str], width: float) -> str:
+    """Return the values of axes that were left out, in lines of so many inches."""
+    values = {**sweep.parameters, **sweep.config.initial}
+    quantities = [(sweep.model.quantity(name), symbol(sweep.model, name)[1:-1], values[name]) for name in names]
+    return _lines(
+        [_assignment(text, value, quantity.unit) for quantity, text, value in quantities], int(PER_INCH * width)
+    )
 
 
 def _assignment(name: str, value: float, unit: str) -> str:

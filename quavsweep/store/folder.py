@@ -7,6 +7,7 @@ import fcntl
 import json
 import os
 import shutil
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +15,22 @@ from typing import Any
 
 from quavsweep.errors import ConfigError, DiskError, LockedError
 from quavsweep.provenance import Identity
-from quavsweep.store.publish import TEMPORARY, publish_bytes
+from quavsweep.store.publish import TEMPORARY, publish_bytes, writer_lives
+
+LOCK_SECONDS = 0.3  # a reader that asks who runs holds the lock for an instant
+
+
+def _acquire(handle: int) -> None:
+    """Take the lock; OSError if it stays taken."""
+    deadline = time.monotonic() + LOCK_SECONDS
+    while True:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        except OSError:
+            if time.monotonic() > deadline:
+                raise
+            time.sleep(0.02)
 
 
 @dataclass(frozen=True)
@@ -77,7 +93,7 @@ class RunFolder:
         present = self.identities()
         if not present or (identity.evidence, identity.toolchain, identity.stage) in present:
             return identity
-        evidence, toolchain, stage = present[0]
+        evidence, toolchain, stage = max(present, key=lambda ids: len(list(self.shards(*ids).glob("tile-*.h5"))))
         return replace(identity, evidence=evidence, toolchain=toolchain, stage=stage)
 
     @property
@@ -120,7 +136,7 @@ class RunFolder:
                 yield
                 return
             try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _acquire(handle)
             except OSError as error:
                 holder = os.pread(handle, 200, 0).decode("utf-8", "replace").strip()
                 raise LockedError(f"another run holds this folder ({holder})", str(self.path)) from error
@@ -129,8 +145,9 @@ class RunFolder:
                 os.pwrite(handle, f"process {os.getpid()} on {os.uname().nodename}\n".encode(), 0)
             for pattern in (f"{TEMPORARY}*", f"shards/*/*/*/{TEMPORARY}*"):
                 for litter in self.path.glob(pattern):
-                    with contextlib.suppress(OSError):
-                        litter.unlink()
+                    if not writer_lives(litter):
+                        with contextlib.suppress(OSError):
+                            litter.unlink()
             yield
         finally:
             os.close(handle)

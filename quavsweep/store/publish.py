@@ -166,7 +166,7 @@ def _new_file(folder: Path) -> Any:
     temporary: Path | None = None
     try:
         _make_folder(folder)
-        handle, text = tempfile.mkstemp(prefix=TEMPORARY, dir=folder)
+        handle, text = tempfile.mkstemp(prefix=f"{TEMPORARY}{os.getpid()}-", dir=folder)
         temporary = Path(text)
         with os.fdopen(handle, "w+b") as raw:
             yield raw, temporary
@@ -176,6 +176,12 @@ def _new_file(folder: Path) -> Any:
         if temporary is not None:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
+
+
+def writer_lives(temporary: Path) -> bool:
+    """Whether the process that is writing a temporary file is another one that lives on this machine."""
+    number = temporary.name.removeprefix(TEMPORARY).partition("-")[0]
+    return number.isdecimal() and int(number) != os.getpid() and Path(f"/proc/{number}").exists()
 
 
 def _reveal(raw: IO[bytes], temporary: Path, path: Path) -> None:

@@ -12,9 +12,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from quavsweep.errors import DamageError, DiskError
+from quavsweep.errors import DamageError, DiskError, IdentityError
 from quavsweep.grid import Tile
 from quavsweep.measures import Variable
+from quavsweep.provenance import Identity
 from quavsweep.store.publish import publish_hdf5
 
 _NAME = re.compile(r"tile-(\d{7,})\.(\d+)\.(\d+)\.([0-9a-f]{64})\.h5")
@@ -50,14 +51,14 @@ def write_shard(
     tile_cells: int,
     variables: tuple[Variable, ...],
     evidence: dict[str, np.ndarray],
-    owner: str,
+    identity: Identity,
 ) -> Shard:
     """Publish a tile's evidence and return its shard.
 
     Parameters
     ----------
-    owner : str
-        Identity of the evidence, written into the file.
+    identity : Identity
+        Of the evidence, written into the file.
 
     Raises
     ------
@@ -69,7 +70,8 @@ def write_shard(
         return folder / f"tile-{tile.index:07d}.{tile_cells}.{size}.{sha256}.h5"
 
     def write(file: h5py.File) -> None:
-        file.attrs["owner"] = owner
+        file.attrs["owner"] = identity.owner
+        file.attrs["subject"] = identity.subject
         file.attrs["tile"] = np.array([tile.index, tile.start, tile.stop], dtype=np.int64)
         for variable in variables:
             file.create_dataset(variable.name, data=evidence[variable.name])
@@ -102,14 +104,18 @@ def _parse(path: Path) -> Shard | None:
 
 
 def read_shard(
-    shard: Shard, tile: Tile, variables: tuple[Variable, ...], extents: dict[str, int], owner: str
+    shard: Shard, tile: Tile, variables: tuple[Variable, ...], extents: dict[str, int], identity: Identity
 ) -> dict[str, np.ndarray]:
     """Return a shard's evidence after its content has been verified.
 
     Raises
     ------
     DamageError
-        If its bytes are not those that were published, or not those of this tile and owner.
+        If its bytes are not those that were published, or not those of this tile and identity.
+    IdentityError
+        If it was made for other values than those of the config beside it.
+    DiskError
+        If it may not be read.
     """
     try:
         data = shard.path.read_bytes()
@@ -120,8 +126,16 @@ def read_shard(
     if hashlib.sha256(data).hexdigest() != shard.sha256:
         raise DamageError("its bytes are not those that were written", str(shard.path))
     with h5py.File(io.BytesIO(data), "r") as file:
-        if file.attrs.get("owner") != owner or list(file.attrs.get("tile", ())) != [tile.index, tile.start, tile.stop]:
+        described = list(file.attrs.get("tile", ()))
+        if file.attrs.get("owner") != identity.owner or described != [tile.index, tile.start, tile.stop]:
             raise DamageError("belongs to another tile or sweep", str(shard.path))
+        names = {variable.name for variable in variables}
+        if file.attrs.get("subject") != identity.subject or names != set(file):
+            raise IdentityError(
+                "was made with another config than config.yaml is now",
+                str(shard.path),
+                "delete config.yaml and run the sweep's own config, which writes it anew",
+            )
         evidence = {variable.name: file[variable.name][()] for variable in variables}
     for variable in variables:
         values = evidence[variable.name]

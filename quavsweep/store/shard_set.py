@@ -19,6 +19,7 @@ from quavsweep.store.folder import RunFolder
 from quavsweep.store.shard import Shard, misfits, read_shard, scan_shards, set_aside
 
 Block = tuple[slice, ...]
+UNKNOWN = 8192  # cells per tile for readers of a folder without shards
 
 
 @dataclass
@@ -44,7 +45,7 @@ class ShardSet:
     shards: dict[int, Shard] = field(default_factory=dict)
 
     @classmethod
-    def scan(cls, run: RunFolder, sweep: Sweep, identity: Identity, tile_cells: int) -> ShardSet:
+    def scan(cls, run: RunFolder, sweep: Sweep, identity: Identity, tile_cells: int = UNKNOWN) -> ShardSet:
         """Return the shards that a run's folder holds of a sweep; with none, tiles will have `tile_cells` cells."""
         folder = run.shards(identity.evidence, identity.toolchain, identity.stage)
         found = [shard for same in scan_shards(folder).values() for shard in same]
@@ -86,7 +87,7 @@ class ShardSet:
         """
         tile, variables = self.tile(index), self.sweep.measures.evidence
         if index in self.shards:
-            return read_shard(self.shards[index], tile, variables, self.sweep.extents, self.identity.owner)
+            return read_shard(self.shards[index], tile, variables, self.sweep.extents, self.identity)
         evidence = {v.name: v.empty(len(tile), self.sweep.extents) for v in variables}
         evidence["cell"][:] = np.arange(tile.start, tile.stop)
         evidence["status"][:] = Status.FAILED if index in failed else Status.NOT_COMPUTED
