@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import difflib
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import IO
 import numpy as np
 
 from quavsweep.errors import ConfigError
+from quavsweep.nearest import nearest
 from quavsweep.result import Result
 from quavsweep.store import Stored, write_copy
 
@@ -63,9 +63,8 @@ def write_netcdf(result: Result, names: Sequence[str], path: Path) -> None:
 
 def _check(result: Result, name: str) -> None:
     if name not in result:
-        near = difflib.get_close_matches(name, result.variables, 1)
-        hint = f"did you mean {near[0]}? " if near else ""
-        raise ConfigError(f"there is no variable {name}", possible=f"{hint}there are {', '.join(result.variables)}")
+        what = f"there is no variable {name}{nearest(name, result.variables)}"
+        raise ConfigError(what, possible=f"there are {', '.join(result.variables)}")
 
 
 def _columns(result: Result, name: str) -> Iterator[tuple[str, np.ndarray]]:

@@ -72,7 +72,7 @@ def preview_run(
         If `stop` was set.
     """
     stop = stop or threading.Event()
-    folder = RunFolder(Path(out) if out is not None else Path("results") / sweep.name)
+    folder = RunFolder(Path(out) if out is not None else sweep.folder)
     identity = identify(sweep)
     check_folder(folder, sweep, identity)
     plan = make_plan(sweep, default_lanes())

@@ -89,7 +89,7 @@ def run_sweep(
     if workers < 1:
         raise ConfigError(f"{workers} workers cannot work", possible="at least 1")
     stop = stop or threading.Event()
-    folder = RunFolder(Path(out) if out is not None else Path("results") / sweep.name)
+    folder = RunFolder(Path(out) if out is not None else sweep.folder)
     with folder.lock(exclusive):
         plan = make_plan(sweep, lanes or default_lanes())
         identity = identify(sweep)

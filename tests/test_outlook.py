@@ -196,7 +196,7 @@ def test_a_table_of_text(tmp_path: Path) -> None:
     assert [row["region"] for row in rows] == [Region(code).name.lower() for code in result["region"]]
     numbers = np.array([float(row["lyapunov_1"] or "nan") for row in rows])
     np.testing.assert_array_equal(numbers, result["lyapunov"][:, 0])
-    with pytest.raises(ConfigError, match="there is no variable regoin; did you mean region"):
+    with pytest.raises(ConfigError, match="there is no variable regoin, did you mean region"):
         write_csv(result, ["regoin"], stream)
 
 

@@ -11,14 +11,13 @@ import click
 from quavsweep.cli.draw import plot, point
 from quavsweep.cli.look import export, status, verify
 from quavsweep.cli.run import classify, run
-from quavsweep.cli.text import deafen, say, warn
+from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, deafen, say, warn
 from quavsweep.cli.write import init, schema
 from quavsweep.errors import QuavsweepError
 
 EXIT_BUG = 1
 EXIT_USAGE = 2
 EXIT_DISK = 74
-EXIT_SECOND_INTERRUPT = 130
 
 
 class _InOrder(click.Group):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from quavsweep.cli.option import PATH, Seconds, changes_option
-from quavsweep.cli.text import amount, count, duration, say, table, warn
+from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, amount, count, duration, say, table, warn
 from quavsweep.errors import QuavsweepError, TilesFailedError
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from quavsweep.config import Sweep
     from quavsweep.result import Result
 
-EXIT_SECOND_INTERRUPT = 130
 MOST_NUMBERS = 6  # of a measure, that are printed for a single cell
 
 
@@ -85,7 +84,7 @@ def run(
             )
         except TilesFailedError as error:
             failure = error
-    _finish(out or Path("results") / sweep.name, sweep.name, time.monotonic() - begin, shown.cells_run, not no_plot)
+    _finish(out or sweep.folder, sweep.name, time.monotonic() - begin, shown.cells_run, not no_plot)
     if failure is not None:
         raise failure
 
@@ -186,7 +185,7 @@ def _preview(sweep: Sweep, out: Path | None, workers: int, stop: threading.Event
         ("time", f"about {duration(preview.seconds)} with {count(workers, 'worker')}"),
         ("disk", _disk(preview.shard_bytes, preview.result_bytes, preview.free_bytes)),
         ("checks", "every parameter is in its domain" + ("; see the warnings above" if sweep.warnings else "")),
-        ("folder", str(out or Path("results") / sweep.name)),
+        ("folder", str(out or sweep.folder)),
     ]
     say(table(rows))
 

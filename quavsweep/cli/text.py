@@ -15,6 +15,7 @@ import click
 from quavsweep.errors import ConfigError, DiskError
 
 COLUMNS = 80
+EXIT_SECOND_INTERRUPT = 130
 _UNITS = {"d": 86400.0, "h": 3600.0, "m": 60.0, "min": 60.0, "s": 1.0}
 
 

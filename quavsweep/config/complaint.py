@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from collections.abc import Callable, Iterator
@@ -14,6 +13,7 @@ from pydantic import ValidationError
 from quavsweep.config.expected import accepted, description, kind_of, section_keys
 from quavsweep.config.place import Document, Keys, escaped, quoted
 from quavsweep.errors import ConfigError
+from quavsweep.nearest import nearest
 
 UNKNOWN = "extra_forbidden"
 NO_MAPPING = frozenset(["dict_type", "model_type", "model_attributes_type"])
@@ -80,9 +80,7 @@ def _decimal_comma(keys: Keys, item: Any, document: Document) -> Complaint | Non
 
 def _unknown(keys: Keys, item: Any, document: Document) -> Complaint:
     possible = section_keys(keys[:-1])
-    near = difflib.get_close_matches(str(keys[-1]), possible, 1)
-    hint = f", did you mean {near[0]}?" if near else ""
-    return Complaint(keys, f"unknown key{hint}", f"possible keys are {', '.join(possible)}")
+    return Complaint(keys, f"unknown key{nearest(str(keys[-1]), possible)}", f"possible keys are {', '.join(possible)}")
 
 
 def _missing(keys: Keys, item: Any, document: Document) -> Complaint:

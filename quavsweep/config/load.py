@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from quavsweep.config.syntax import UnreadableError
 from quavsweep.config.times import choose_clock, rounding
 from quavsweep.errors import ConfigError, ModelError
 from quavsweep.models import NAMES, Model, load_model
+from quavsweep.nearest import nearest
 
 
 def load_sweep(path: Path | str, changes: Sequence[str] = ()) -> Sweep:
@@ -96,10 +96,10 @@ def _check_names(config: Config, model: Model, place: Place) -> None:
     ):
         for name in getattr(config, section):
             if name not in known:
-                near = difflib.get_close_matches(name, known, 1)
-                hint = f"did you mean {near[0]}? " if near else ""
                 raise place.error(
-                    (section, name), f"{model.name} has no such {what}", f"{hint}it has {', '.join(known)}"
+                    (section, name),
+                    f"{model.name} has no such {what}{nearest(name, known)}",
+                    f"it has {', '.join(known)}",
                 )
             if section != "axes" and name in config.axes:
                 keys: Keys = (section, name)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,11 @@ class Sweep:
     def name(self) -> str:
         """Name of the sweep."""
         return self.config.name
+
+    @property
+    def folder(self) -> Path:
+        """Where its run lies unless another folder is named."""
+        return Path("results") / self.name
 
     @property
     def method(self) -> ButcherTable:

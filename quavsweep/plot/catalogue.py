@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from quavsweep.codes import Region, Status
 from quavsweep.errors import ConfigError
+from quavsweep.nearest import nearest
 from quavsweep.plot.code import codes_of
-from quavsweep.plot.nearest import nearest
 from quavsweep.plot.quantity import Quantity
 from quavsweep.plot.style import symbol, wrapped
 

@@ -12,9 +12,9 @@ from matplotlib.gridspec import GridSpec
 
 from quavsweep.codes import REGION, Region
 from quavsweep.errors import ConfigError
+from quavsweep.nearest import nearest
 from quavsweep.plot.catalogue import Catalogue
 from quavsweep.plot.colour import Limits
-from quavsweep.plot.nearest import nearest
 from quavsweep.plot.orbit import add_orbit, orbit_height
 from quavsweep.plot.orbit_diagram import sampled_state, samples_text
 from quavsweep.plot.overlay import make_curves

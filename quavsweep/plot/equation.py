@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from quavsweep.errors import ConfigError
-from quavsweep.plot.nearest import nearest
+from quavsweep.nearest import nearest
 
 LONGEST = 1000  # characters
 POSSIBLE = "it may hold numbers, names of axes and parameters, + - * / ** sqrt( ) and brackets"
