@@ -88,7 +88,7 @@ class Observer:
         ConfigError
             If it is none.
         """
-        folder = RunFolder(path)
+        folder = RunFolder(path.parent if path.name == "result.h5" else path)
         folder.must_exist()
         return cls(folder)
 

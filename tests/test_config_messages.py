@@ -11,6 +11,7 @@ import pytest
 from quavsweep.config import parse_sweep
 from quavsweep.config.scalar import scalar
 from quavsweep.errors import ConfigError
+from tests.conftest import YAW
 
 BLOCK = """name: small
 model: quadrotor_yaw
@@ -233,3 +234,11 @@ def test_axes_that_are_too_large_are_refused_before_they_are_made() -> None:
     assert message(text).startswith(
         "x.yaml:7: axes.Omega1.num: 1000000 values, with axes.c.num and axes.Ix.values, make 2e+12"
     )
+
+
+@pytest.mark.parametrize("text", ["dt: 0,005", "dt: 0,02", "duration: 400,5", "transient: 0,5"])
+def test_a_decimal_comma_is_recognised(text: str) -> None:
+    key = text.split(":", maxsplit=1)[0]
+    broken = re.sub(rf"{key}: [\d.]+", text, YAW)
+    with pytest.raises(ConfigError, match=rf"integrate.{key}: {text.split()[1]} is not accepted.*with a point"):
+        parse_sweep(broken)

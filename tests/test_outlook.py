@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from quavsweep.cli.text import seconds_of
 from quavsweep.codes import Region
 from quavsweep.config import Sweep, load_sweep, parse_sweep
 from quavsweep.config.json_schema import json_schema
@@ -327,3 +328,17 @@ def test_what_is_said_of_quantities_is_part_of_a_result(monkeypatch: pytest.Monk
     other = dataclasses.replace(sweep, model=dataclasses.replace(sweep.model, source="elsewhere"))
     assert identify(other).evidence == identify(sweep).evidence
     assert identify(other).result != identify(sweep).result
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [("3h50m", 13800), ("03:50:00", 13800), ("90s", 90), ("2d", 172800), ("45", 45), ("1.5 h", 5400), ("10min", 600)],
+)
+def test_times_as_people_write_them(text: str, seconds: float) -> None:
+    assert seconds_of(text) == seconds
+
+
+@pytest.mark.parametrize("text", ["", "soon", "3x", "-1", "0", "1e3", "3h soon", "1:2", "nan"])
+def test_what_is_no_time(text: str) -> None:
+    with pytest.raises(ConfigError):
+        seconds_of(text)

@@ -85,7 +85,8 @@ def details(progress: Progress) -> list[str]:
     if progress.cells_run:
         shares = progress.regions / max(int(progress.regions.sum()), 1)
         found = [f"{code.meaning} {100 * share:.0f} %" for code, share in zip(REGION, shares, strict=True) if share]
-        parts.append(", ".join(found))
+        some = " (of this run's cells)" if progress.cells_done > progress.cells_run else ""
+        parts.append(", ".join(found) + some)
     if progress.failed:
         parts.append(f"{progress.failed} tiles failed")
     return parts

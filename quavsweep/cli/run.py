@@ -32,7 +32,9 @@ MOST_NUMBERS = 6  # of a measure, that are printed for a single cell
 @changes_option
 @click.option("--workers", type=click.IntRange(1, 256), default=2, show_default=True, help="Number of threads.")
 @click.option("--dry-run", is_flag=True, help="Only say what is done and missing, and what the rest would cost.")
-@click.option("--max-time", type=Seconds(), metavar="TIME", help="Stop after, e.g., 3h50m (exit 75); run continues.")
+@click.option(
+    "--max-time", type=Seconds(), metavar="TIME", help="Stop after 3h50m, 03:50:00 or so many seconds (exit 75)."
+)
 @click.option("--no-plot", is_flag=True, help="Do not draw map.png at the end.")
 @click.option("--accept-toolchain", is_flag=True, help="Start anew where other library versions left evidence.")
 @click.option("--no-lock", is_flag=True, help="For file systems without locks: do not guard against a second run.")

@@ -84,7 +84,7 @@ def amount(size: float) -> str:
 
 
 def seconds_of(text: str) -> float:
-    """Return the seconds of a time such as `3h50m`, `90s`, `2d` or `45` (seconds).
+    """Return the seconds of a time such as `3h50m`, `90s`, `2d`, `03:50:00` or `45` (seconds).
 
     Raises
     ------
@@ -94,8 +94,10 @@ def seconds_of(text: str) -> float:
     parts = re.findall(r"(\d+(?:\.\d+)?)\s*(min|[dhms])", text)
     if re.fullmatch(r"\s*\d+(\.\d+)?\s*", text):
         parts = [(text.strip(), "s")]
+    elif clock := re.fullmatch(r"\s*(\d+):(\d\d):(\d\d)\s*", text):
+        parts = list(zip(clock.groups(), "hms", strict=True))
     elif not parts or re.sub(r"(\d+(?:\.\d+)?)\s*(min|[dhms])|\s", "", text):
-        raise ConfigError(f"{text!r} is no time", possible="e.g. 3h50m, 90s, 2d, or a number of seconds")
+        raise ConfigError(f"{text!r} is no time", possible="e.g. 3h50m, 03:50:00, 90s, 2d, or a number of seconds")
     seconds = sum(float(number) * _UNITS[unit] for number, unit in parts)
     if not 0 < seconds < 1e9:
         raise ConfigError(f"{text!r} is no time to run", possible="more than 0 s, less than 30 years")

@@ -39,9 +39,10 @@ def complaints(error: ValidationError, document: Document, late: bool = True) ->
     """Yield what is wrong, in the order of the text; last, or not at all, what another mistake may be the reason of."""
     order = {keys: i for i, keys in enumerate(document.spots)}
 
-    def rank(item: Any) -> tuple[bool, int]:
-        keys = _keys(item)
-        return _is_late(item), max(order.get(keys[:n], 0) for n in range(len(keys) + 1))
+    def rank(item: Any) -> tuple[bool, int, bool]:
+        comma = _decimal_comma(_keys(item), item, document)
+        keys = comma.keys if comma else _keys(item)
+        return _is_late(item), max(order.get(keys[:n], 0) for n in range(len(keys) + 1)), not comma
 
     for item in sorted(error.errors(include_url=False), key=rank):
         if late or not _is_late(item):
