@@ -73,15 +73,15 @@ class Overview:
 
 
 @dataclass
-class Observer:
+class Lookout:
     """Looks at a folder again and again; shards that it has read before are not read again."""
 
     folder: RunFolder
     _counts: dict[str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, path: Path) -> Observer:
-        """Return the observer of a run's folder.
+    def of(cls, path: Path) -> Lookout:
+        """Return the lookout over a run's folder.
 
         Raises
         ------

@@ -26,7 +26,7 @@ from quavsweep.errors import ConfigError, IdentityError, StoppedError
 from quavsweep.export import write_csv, write_netcdf
 from quavsweep.grid import Tile
 from quavsweep.models import NAMES, load_model
-from quavsweep.overview import Observer
+from quavsweep.overview import Lookout
 from quavsweep.preview import preview_run
 from quavsweep.progress import Progress
 from quavsweep.provenance import DENSE_MODULES, HASHED_MODULES, identify, toolchain
@@ -110,21 +110,21 @@ def test_an_overview_of_an_unfinished_and_a_finished_run(tmp_path: Path) -> None
     holders = []
 
     def observe(progress: Progress) -> None:
-        holders.append(Observer.of(tmp_path).folder.holder)
+        holders.append(Lookout.of(tmp_path).folder.holder)
         if progress.tiles_done == 2:
             stop.set()
 
     with pytest.raises(StoppedError):
         run_sweep(sweep, tmp_path, tile_cells=5, workers=1, observe=observe, stop=stop)
     assert all("process" in holder for holder in holders)
-    observer = Observer.of(tmp_path)
-    part = observer.look()
+    lookout = Lookout.of(tmp_path)
+    part = lookout.look()
     assert part.holder == ""
     assert not part.complete
     assert part.tiles == 9
     assert part.looked_at == part.cells_done == 5 * part.tiles_done
     run_sweep(sweep, tmp_path)
-    whole = observer.look()
+    whole = lookout.look()
     assert whole.complete
     assert (whole.tiles_done, whole.cells_done, whole.looked_at) == (9, 45, 45)
     told = json.loads(json.dumps(whole.to_json()))
@@ -251,7 +251,7 @@ def test_a_config_that_was_edited_labels_nothing(tmp_path: Path) -> None:
     for read in (open_result, reclassify, verify_folder):
         with pytest.raises(IdentityError, match="made with another config than"):
             read(tmp_path)
-    assert Observer.of(tmp_path).look().looked_at == 0
+    assert Lookout.of(tmp_path).look().looked_at == 0
     config.unlink()
     assert run_sweep(parse_sweep(YAW), tmp_path) == path
 

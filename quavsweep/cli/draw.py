@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
+from quavsweep.cli.describe import numbers
 from quavsweep.cli.option import PATH, KeyValue, Limits
-from quavsweep.cli.run import measured
 from quavsweep.cli.text import say, table, warn
 from quavsweep.errors import DamageError
 
@@ -88,7 +87,7 @@ def point(source: Path, values: tuple[tuple[str, float], ...], out: Path | None,
     if folder is not None:
         folder.must_exist()
     single = compute_point(load_sweep(folder.config if folder else source), dict(values))
-    rows = _numbers(single, dict(values))
+    rows = numbers(single, dict(values))
     different: list[str] = []
     if folder is not None and single.indices is not None and folder.result.is_file():
         different = _different(single, folder.result)
@@ -121,41 +120,3 @@ def _different(single: Point, path: Path) -> list[str]:
     if int(stored["status"]) in (Status.NOT_COMPUTED, Status.FAILED):
         return ["all of it (the cell is not computed there)"]
     return [name for name, value in single.values.items() if np.asarray(value).tobytes() != stored[name].tobytes()]
-
-
-def _numbers(single: Point, given: Container[str]) -> list[tuple[str, str]]:
-    """Return what is known of a cell, as rows."""
-    from quavsweep.codes import REGION, STATUS, Region
-
-    model, values = single.sweep.model, single.values
-    region = int(values["region"])
-    chosen = {name: v for name, v in single.sweep.parameters.items() if v != model.defaults[name] or name in given}
-    rows = [
-        ("parameters", _named(chosen) or "the defaults"),
-        ("initial", _named(single.sweep.config.initial)),
-        ("region", REGION[region].meaning),
-        ("status", STATUS[int(values["status"])].meaning),
-    ]
-    time = "" if model.time_unit == "1" else f" {model.time_unit}"
-    rate = "" if model.time_unit == "1" else f" 1/{model.time_unit}"
-    if "lyapunov" in values:
-        pairs = zip(values["lyapunov"], values["lyapunov_se"], strict=True)
-        rows += [(f"exponent {k}", f"{v:.6g} {_error(e)}{rate}") for k, (v, e) in enumerate(pairs, 1)]
-        if region != Region.CHAOS:
-            rows.append(("was chaotic", "yes" if values["was_chaotic"] else "no"))
-    rows.append(("time used", f"{values['time_used']:g}{time}"))
-    if values["settle_time"] == values["settle_time"]:
-        rows.append(("settled", f"after {values['settle_time']:g}{time}"))
-        rows.append(("equilibrium", _named(dict(zip(model.state_names, values["equilibrium"], strict=True)))))
-        eigenvalues = zip(values["eigenvalue_re"], values["eigenvalue_im"], strict=True)
-        rows.append(("eigenvalues", ", ".join(f"{re:.6g}{im:+.6g}i" if im else f"{re:.6g}" for re, im in eigenvalues)))
-    rows.append(("final state", _named(dict(zip(model.state_names, values["final_state"], strict=True)))))
-    return rows + measured(single.sweep, values)
-
-
-def _error(error: float) -> str:
-    return f"+- {error:.2g}" if error else "(exact)"
-
-
-def _named(values: Any) -> str:
-    return ", ".join(f"{name} = {value:.6g}" for name, value in values.items())

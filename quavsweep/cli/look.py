@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from quavsweep.cli.describe import described
 from quavsweep.cli.option import PATH
-from quavsweep.cli.run import described
 from quavsweep.cli.text import say, table, warn
 from quavsweep.errors import DamageError, DiskError, StoppedError
 
 if TYPE_CHECKING:
-    from quavsweep.overview import Observer, Overview
+    from quavsweep.overview import Lookout, Overview
 
 WATCH_SECONDS = 2.0
 
@@ -33,13 +33,13 @@ def status(folder: Path, as_json: bool, watch: bool) -> None:
     quavsweep status results/omega_c --watch
     quavsweep status results/omega_c --json | jq .regions.chaos
     """
-    from quavsweep.overview import Observer
+    from quavsweep.overview import Lookout
 
-    observer = Observer.of(folder)
+    lookout = Lookout.of(folder)
     if watch:
-        _watch(observer, as_json)
+        _watch(lookout, as_json)
         return
-    say(_shown(observer.look(), as_json))
+    say(_shown(lookout.look(), as_json))
 
 
 def _shown(overview: Overview, as_json: bool) -> str:
@@ -68,12 +68,12 @@ def _shown(overview: Overview, as_json: bool) -> str:
     return table(rows)
 
 
-def _watch(observer: Observer, as_json: bool) -> None:
+def _watch(lookout: Lookout, as_json: bool) -> None:
     """Show what a folder holds again and again, until its run ends; on a terminal in the same place."""
     lines = 0
     live = sys.stdout.isatty() and not as_json
     while True:
-        overview = observer.look()
+        overview = lookout.look()
         text = _shown(overview, as_json)
         if live and lines:
             click.echo(f"\033[{lines}F\033[J", nl=False)

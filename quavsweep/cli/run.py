@@ -11,19 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from quavsweep.cli.describe import described, shares
 from quavsweep.cli.option import PATH, Seconds, changes_option
 from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, amount, count, duration, say, table, warn
 from quavsweep.errors import QuavsweepError, TilesFailedError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import numpy as np
-
     from quavsweep.config import Sweep
-    from quavsweep.result import Result
-
-MOST_NUMBERS = 6  # of a measure, that are printed for a single cell
 
 
 @click.command()
@@ -126,52 +120,10 @@ def _finish(folder: Path, name: str, seconds: float, cells_run: int, with_plot: 
     say(table([("sweep", described(name or result.sweep.name, result.sweep)), *rows]))
 
 
-def described(name: str, sweep: Sweep) -> str:
-    """Return name, model and grid of a sweep in a line."""
-    shape = " x ".join(f"{axis.name} {len(axis)}" for axis in sweep.grid.axes)
-    cells = count(sweep.grid.size, "cell")
-    return f"{name}: {sweep.model.name}, " + (f"{shape} = {cells}" if shape else cells)
-
-
 def _speed(seconds: float, cells: int) -> str:
     if not cells:
         return f"{duration(seconds)}; nothing had to be integrated"
     return duration(seconds) + (f", {cells / seconds:,.0f} cells/s" if cells >= seconds else "")
-
-
-def shares(result: Result) -> list[tuple[str, str]]:
-    """Return rows that say how the cells are shared out, and how far the numbers can be trusted."""
-    from quavsweep.codes import REGION
-    from quavsweep.summary import summarise
-
-    summary = summarise(result)
-    meanings = {code.name: code.meaning for code in REGION}
-    rows = [(meanings[name], _share(n, summary.cells)) for name, n in summary.regions.items()]
-    if not result.sweep.grid.axes:
-        rows += measured(result.sweep, {name: result[name] for name in result.variables})
-    if summary.was_chaotic:
-        rows.append(("chaotic on the way", _share(summary.was_chaotic, summary.cells)))
-    if summary.sum_error is not None:
-        unit = "" if result.sweep.model.time_unit == "1" else f" 1/{result.sweep.model.time_unit}"
-        rows.append(("self-check", f"sums of exponents miss the divergence by {summary.sum_error:.1e}{unit} at most"))
-    return rows
-
-
-def measured(sweep: Sweep, values: Mapping[str, np.ndarray]) -> list[tuple[str, str]]:
-    """Return rows of what the measures of a single cell found, as far as it is a few numbers."""
-    rows = []
-    for variable in sweep.measures.outputs:
-        value, unit = values[variable.name], sweep.unit(variable)
-        if value.size <= MOST_NUMBERS and len(variable.dims) < 2:
-            names = [str(n) for dim in variable.dims for n in sweep.dimensions[dim].values] or [""]
-            numbers = [float(x) for x in value.reshape(-1)]
-            text = ", ".join(f"{name} {x:.6g}".strip() for name, x in zip(names, numbers, strict=True))
-            rows.append((variable.name, text + (f" {unit}" if unit not in ("", "1") else "")))
-    return rows
-
-
-def _share(count: int, cells: int) -> str:
-    return f"{count:>12,}  {100 * count / cells:5.1f} %"
 
 
 def _preview(sweep: Sweep, out: Path | None, workers: int, stop: threading.Event) -> None:

@@ -1,0 +1,98 @@
+"""Sweeps, results and cells in rows of text."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from quavsweep.cli.text import count
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Mapping
+
+    import numpy as np
+
+    from quavsweep.config import Sweep
+    from quavsweep.point import Point
+    from quavsweep.result import Result
+
+MOST_NUMBERS = 6  # of a measure, that are printed for a single cell
+
+
+def described(name: str, sweep: Sweep) -> str:
+    """Return name, model and grid of a sweep in a line."""
+    shape = " x ".join(f"{axis.name} {len(axis)}" for axis in sweep.grid.axes)
+    cells = count(sweep.grid.size, "cell")
+    return f"{name}: {sweep.model.name}, " + (f"{shape} = {cells}" if shape else cells)
+
+
+def shares(result: Result) -> list[tuple[str, str]]:
+    """Return rows that say how the cells are shared out, and how far the numbers can be trusted."""
+    from quavsweep.codes import REGION
+    from quavsweep.summary import summarise
+
+    summary = summarise(result)
+    meanings = {code.name: code.meaning for code in REGION}
+    rows = [(meanings[name], _share(n, summary.cells)) for name, n in summary.regions.items()]
+    if not result.sweep.grid.axes:
+        rows += measured(result.sweep, {name: result[name] for name in result.variables})
+    if summary.was_chaotic:
+        rows.append(("chaotic on the way", _share(summary.was_chaotic, summary.cells)))
+    if summary.sum_error is not None:
+        unit = "" if result.sweep.model.time_unit == "1" else f" 1/{result.sweep.model.time_unit}"
+        rows.append(("self-check", f"sums of exponents miss the divergence by {summary.sum_error:.1e}{unit} at most"))
+    return rows
+
+
+def measured(sweep: Sweep, values: Mapping[str, np.ndarray]) -> list[tuple[str, str]]:
+    """Return rows of what the measures of a single cell found, as far as it is a few numbers."""
+    rows = []
+    for variable in sweep.measures.outputs:
+        value, unit = values[variable.name], sweep.unit(variable)
+        if value.size <= MOST_NUMBERS and len(variable.dims) < 2:
+            names = [str(n) for dim in variable.dims for n in sweep.dimensions[dim].values] or [""]
+            numbers = [float(x) for x in value.reshape(-1)]
+            text = ", ".join(f"{name} {x:.6g}".strip() for name, x in zip(names, numbers, strict=True))
+            rows.append((variable.name, text + (f" {unit}" if unit not in ("", "1") else "")))
+    return rows
+
+
+def _share(count: int, cells: int) -> str:
+    return f"{count:>12,}  {100 * count / cells:5.1f} %"
+
+
+def numbers(single: Point, given: Container[str]) -> list[tuple[str, str]]:
+    """Return what is known of a cell, as rows."""
+    from quavsweep.codes import REGION, STATUS, Region
+
+    model, values = single.sweep.model, single.values
+    region = int(values["region"])
+    chosen = {name: v for name, v in single.sweep.parameters.items() if v != model.defaults[name] or name in given}
+    rows = [
+        ("parameters", _named(chosen) or "the defaults"),
+        ("initial", _named(single.sweep.config.initial)),
+        ("region", REGION[region].meaning),
+        ("status", STATUS[int(values["status"])].meaning),
+    ]
+    time = "" if model.time_unit == "1" else f" {model.time_unit}"
+    rate = "" if model.time_unit == "1" else f" 1/{model.time_unit}"
+    if "lyapunov" in values:
+        pairs = zip(values["lyapunov"], values["lyapunov_se"], strict=True)
+        rows += [(f"exponent {k}", f"{v:.6g} {_error(e)}{rate}") for k, (v, e) in enumerate(pairs, 1)]
+        if region != Region.CHAOS:
+            rows.append(("was chaotic", "yes" if values["was_chaotic"] else "no"))
+    rows.append(("time used", f"{values['time_used']:g}{time}"))
+    if values["settle_time"] == values["settle_time"]:
+        rows.append(("settled", f"after {values['settle_time']:g}{time}"))
+        rows.append(("equilibrium", _named(dict(zip(model.state_names, values["equilibrium"], strict=True)))))
+        eigenvalues = zip(values["eigenvalue_re"], values["eigenvalue_im"], strict=True)
+        rows.append(("eigenvalues", ", ".join(f"{re:.6g}{im:+.6g}i" if im else f"{re:.6g}" for re, im in eigenvalues)))
+    rows.append(("final state", _named(dict(zip(model.state_names, values["final_state"], strict=True)))))
+    return rows + measured(single.sweep, values)
+
+
+def _error(error: float) -> str:
+    return f"+- {error:.2g}" if error else "(exact)"
+
+
+def _named(values: Any) -> str:
+    return ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
