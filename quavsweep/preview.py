@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from quavsweep.clock import Clock
 from quavsweep.config import Sweep
 from quavsweep.errors import DamageError
 from quavsweep.grid import Axis, Grid, Tile
@@ -107,24 +108,32 @@ def _sample(plan: Plan, stop: threading.Event) -> tuple[float, float]:
     Where whole cells would take too long, the cells that are left after some segments are taken to go on to the end.
     """
     sweep, lanes = plan.sweep, plan.layout.lanes
-    segment_seconds = sweep.clock.segment_steps * plan.step_ns * 1e-9
-    wanted = int(min(SAMPLED_CELLS, max(lanes, SAMPLED_SECONDS / (segment_seconds * sweep.clock.segments))))
-    wanted = max(1, min(wanted, LARGEST_TILE_BYTES // sweep.cell_bytes))
-    segments = int(min(sweep.clock.segments, max(1, SAMPLED_SECONDS / (segment_seconds * max(wanted, lanes)))))
-    few = Grid(_thinned(sweep.grid.axes, wanted))
-    _integrated(plan, few, 1, 1, stop)  # what is loaded once is no cost of a cell
-    begin = time.perf_counter()
+    cell_seconds = sweep.clock.steps * plan.step_ns * 1e-9
+    wanted = int(min(SAMPLED_CELLS, max(lanes, SAMPLED_SECONDS / cell_seconds)))
+    few = Grid(_thinned(sweep.grid.axes, max(1, min(wanted, LARGEST_TILE_BYTES // sweep.cell_bytes))))
     cells = min(few.size, wanted)
-    steps = _integrated(plan, few, cells, segments, stop)["steps"].astype(np.float64)
+    clock = _shortened(plan, max(cells, lanes), SAMPLED_SECONDS)
+    _integrated(plan, few, 1, _shortened(plan, lanes, 0.1), stop)  # what is loaded once is no cost of a cell
+    begin = time.perf_counter()
+    steps = _integrated(plan, few, cells, clock, stop)["steps"].astype(np.float64)
     seconds = (time.perf_counter() - begin) / max(cells, min(lanes, sweep.grid.size))
     measured = steps.mean()
-    steps[steps == segments * sweep.clock.segment_steps] = sweep.clock.steps
+    steps[steps == clock.steps] = sweep.clock.steps
     return float(steps.mean()), float(seconds * steps.mean() / measured)
 
 
-def _integrated(plan: Plan, grid: Grid, cells: int, segments: int, stop: threading.Event) -> Evidence:
-    """Integrate the first cells of a grid for so many segments."""
-    clock = dataclasses.replace(plan.clock, segments=max(segments, 1))
+def _shortened(plan: Plan, cells: int, seconds: float) -> Clock:
+    """Return the clock of a run that integrates so many cells in so many seconds, by the cost model; or a block."""
+    clock = plan.clock
+    blocks = max(1, int(seconds / (cells * clock.block * plan.step_ns * 1e-9)))
+    segments = blocks // (clock.batch_blocks * clock.segment_batches)
+    if segments:
+        return dataclasses.replace(clock, segments=min(segments, clock.segments))
+    return dataclasses.replace(clock, segments=1, segment_batches=1, batch_blocks=min(blocks, clock.batch_blocks))
+
+
+def _integrated(plan: Plan, grid: Grid, cells: int, clock: Clock, stop: threading.Event) -> Evidence:
+    """Integrate the first cells of a grid as long as a clock says."""
     sweep = dataclasses.replace(plan.sweep, grid=grid, clock=clock)
     return integrate_tile(dataclasses.replace(plan, sweep=sweep), Tile(0, 0, cells), stop.is_set)
 

@@ -104,6 +104,23 @@ def test_a_preview_of_any_grid(tmp_path: Path, axes: str) -> None:
     assert preview.seconds > 0
 
 
+@pytest.mark.parametrize(
+    "change", [("duration: 600", "duration: 1e10"), ("block: 25}", "block: 25}, orbit: {every: 1}")]
+)
+def test_a_preview_of_a_run_that_takes_years_takes_seconds(tmp_path: Path, change: tuple[str, str]) -> None:
+    begin = time.monotonic()
+    preview = preview_run(parse_sweep(YAW.replace(*change)), tmp_path)
+    assert time.monotonic() - begin < 60
+    assert preview.seconds > (1e4 if "1e10" in change[1] else 0)
+
+
+def test_a_preview_can_be_stopped(tmp_path: Path) -> None:
+    stop = threading.Event()
+    stop.set()
+    with pytest.raises(StoppedError):
+        preview_run(parse_sweep(YAW), tmp_path, stop=stop)
+
+
 def test_an_overview_of_an_unfinished_and_a_finished_run(tmp_path: Path) -> None:
     sweep = parse_sweep(YAW)
     stop = threading.Event()
