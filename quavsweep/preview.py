@@ -13,7 +13,6 @@ import numpy as np
 
 from quavsweep.clock import Clock
 from quavsweep.config import Sweep
-from quavsweep.errors import DamageError
 from quavsweep.grid import Axis, Grid, Tile
 from quavsweep.integrate import Plan, integrate_tile, make_plan
 from quavsweep.kernels.compiler import default_lanes
@@ -78,13 +77,10 @@ def preview_run(
     check_folder(folder, sweep, identity)
     plan = make_plan(sweep, default_lanes())
     shards = ShardSet.scan(folder, sweep, identity, choose_tile_cells(plan))
-    bad = shards.truncated()
-    for index in sorted(shards.shards):
-        try:
-            shards.read(index, {})
-        except DamageError as error:
-            bad.append(str(error))
-            del shards.shards[index]
+    damage = shards.damage()
+    bad = [*shards.truncated(), *damage.values()]
+    for index in damage:
+        del shards.shards[index]
     missing, cells_missing = shards.tiles - len(shards.shards), sweep.grid.size - shards.cells_done
     steps, seconds = _sample(plan, stop) if missing else (math.nan, 0.0)
     shard_bytes, result_bytes = bytes_needed(sweep, cells_missing)

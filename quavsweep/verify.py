@@ -34,12 +34,7 @@ def verify_folder(path: Path) -> Verdict:
     sweep = load_sweep(folder.config)
     identity = folder.present_identity(identify(sweep))
     shards = ShardSet.scan(folder, sweep, identity)
-    damaged = shards.truncated()
-    for index in sorted(shards.shards):
-        try:
-            shards.read(index, {})
-        except DamageError as error:
-            damaged.append(str(error))
+    damaged = [*shards.truncated(), *shards.damage().values()]
     has_result = folder.result.exists()
     if has_result:
         try:

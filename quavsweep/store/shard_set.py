@@ -95,14 +95,20 @@ class ShardSet:
 
     def discard_damaged(self) -> list[int]:
         """Verify every shard, set the damaged ones aside, and return the numbers of their tiles."""
-        damaged = []
+        damaged = sorted(self.damage())
+        for index in damaged:
+            set_aside(self.shards.pop(index))
+        return damaged
+
+    def damage(self) -> dict[int, str]:
+        """Verify every shard; return what is wrong with the damaged ones, by the numbers of their tiles."""
+        found = {}
         for index in sorted(self.shards):
             try:
                 self.read(index, {})
-            except DamageError:
-                damaged.append(index)
-                set_aside(self.shards.pop(index))
-        return damaged
+            except DamageError as error:
+                found[index] = str(error)
+        return found
 
     def truncated(self) -> list[str]:
         """Return a sentence for each file that has a shard's name but not its size; a scan passes it over."""
