@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quavsweep.classify import classify
+from quavsweep.classify import regions
 from quavsweep.codes import REGION, Status
 from quavsweep.config import Sweep, dump_config, load_sweep
 from quavsweep.errors import ConfigError, DamageError, DiskError, StoppedError, TilesFailedError
@@ -186,8 +186,8 @@ def _complete(
     def work(tile: Tile) -> Done:
         evidence = integrate_tile(plan, tile, stop.is_set)
         shard = write_shard(shards.folder, tile, shards.tile_cells, plan.variables, evidence, shards.identity)
-        regions = np.bincount(classify(plan.sweep, evidence)["region"], minlength=len(REGION))
-        return Done(shard, int(evidence["steps"].sum()), regions)
+        count = np.bincount(regions(plan.sweep, evidence), minlength=len(REGION))
+        return Done(shard, int(evidence["steps"].sum()), count)
 
     failed = {}
     try:

@@ -101,8 +101,7 @@ class Catalogue:
 
     def _fits(self, variable: str) -> bool:
         dims, axes = self.result.stored.dims[variable], tuple(axis.name for axis in self.result.sweep.grid.axes)
-        numeric = variable not in dims and self.result[variable].dtype.kind in "iuf"
-        return numeric and dims[: len(axes)] == axes and len(self._own_dims(variable)) <= 1
+        return variable not in dims and dims[: len(axes)] == axes and len(self._own_dims(variable)) <= 1
 
     def _keys(self, variable: str) -> list[str]:
         """Return the names of a variable's components, none if it has only one number."""

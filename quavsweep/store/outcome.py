@@ -14,8 +14,9 @@ from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
 from quavsweep.measures import Variable
 from quavsweep.provenance import Identity
-from quavsweep.store.netcdf import Coordinate, Stored, block_cells, write_result
+from quavsweep.store.netcdf import Coordinate, block_cells, write_result
 from quavsweep.store.shard_set import Block, ShardSet
+from quavsweep.store.stored import Stored
 
 
 def write_outcome(path: Path, shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool]) -> None:
