@@ -121,9 +121,10 @@ def integrate_tile(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evide
     evidence["status"][:] = Status.TIME_OVER
     parameters, u = cell_values(plan.sweep, tile)
     coefficients = plan.program.coefficient_values(parameters)
+    scaled = plan.program.coefficient_values(parameters, plan.method.time_unit(clock.dt))
     frame = np.broadcast_to(generic_frame(layout.dimension, layout.vectors), (n, layout.vectors, layout.dimension))
     alive = np.arange(n)
-    lanes = layout.pack(u, frame, coefficients)
+    lanes = layout.pack(u, frame, scaled)
     totals = np.zeros((n, layout.vectors))
     scene = Scene(plan.sweep.model, plan.program, plan.method, clock, coefficients, evidence)
     watchers = make_watchers(plan.sweep.measures, scene)
@@ -150,7 +151,7 @@ def integrate_tile(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evide
             alive, totals = alive[~leaving], totals[~leaving]
             if not alive.size:
                 break
-            lanes = layout.pack(evidence["state"][alive], frame, coefficients[:, alive])
+            lanes = layout.pack(evidence["state"][alive], frame, scaled[:, alive])
     return {name: _canonical(values) for name, values in evidence.items()}
 
 
@@ -181,7 +182,7 @@ def _advance_batch(
                 cells = alive[first * layout.lanes : last * layout.lanes]
                 _watch(plan, flat, (first, last), blocks, cells, done + block * clock.block, watchers)
             else:
-                plan.advance(flat, first, last, blocks, clock.block, clock.dt)
+                plan.advance(flat, first, last, blocks, clock.block)
         if layout.vectors:
             with np.errstate(all="ignore"):
                 growth += np.log(layout.take_stretch(lanes, n))
@@ -201,7 +202,7 @@ def _watch(
     clock, layout = plan.clock, plan.layout
     steps, (first, last) = blocks * clock.block, groups
     buffer = aligned_empty((last - first, steps + 1, layout.dimension, layout.lanes))
-    plan.advance(flat, first, last, blocks, clock.block, clock.dt, buffer.reshape(-1))
+    plan.advance(flat, first, last, blocks, clock.block, buffer.reshape(-1))
     u = buffer.transpose(1, 2, 0, 3).reshape(steps + 1, layout.dimension, -1)[:, :, : cells.size]
     with np.errstate(all="ignore"):
         for watcher in watchers:

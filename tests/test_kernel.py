@@ -39,8 +39,8 @@ def _advanced(name: str, vectors: int, n: int, blocks: int, block: int, dt: floa
     u, frame, parameters = _start(name, n, vectors)
     program = make_program(load_model(name))
     layout = Layout(u.shape[1], vectors, len(program.coefficients), lanes)
-    table = layout.pack(u, frame, program.coefficient_values(list(parameters)))
-    make_advance(program, RK4, layout)(table.reshape(-1), 0, table.shape[0], blocks, block, dt)
+    table = layout.pack(u, frame, program.coefficient_values(list(parameters), RK4.time_unit(dt)))
+    make_advance(program, RK4, layout)(table.reshape(-1), 0, table.shape[0], blocks, block)
     state, frames = layout.state(table, n), layout.frame(table, n)
     return np.concatenate([state, frames.reshape(n, -1), layout.take_stretch(table, n)], axis=1)
 
@@ -71,8 +71,8 @@ def test_every_vector_of_a_step_equals_the_naive_twin_to_4_ulp(name: str) -> Non
     u, _, parameters = _start(name, 16, 1)
     for k in range(3):
         frame = np.broadcast_to(generic_frame(3, 3)[k], (16, 1, 3))
-        lanes = layout.pack(u, frame, program.coefficient_values(list(parameters)))
-        make_advance(program, RK4, layout)(lanes.reshape(-1), 0, 1, 1, 1, 0.01)
+        lanes = layout.pack(u, frame, program.coefficient_values(list(parameters), RK4.time_unit(0.01)))
+        make_advance(program, RK4, layout)(lanes.reshape(-1), 0, 1, 1, 1)
         after = layout.frame(lanes, 16)[:, 0] * layout.take_stretch(lanes, 16)
         for cell in range(16):
             _, (expected,) = twin.step(model, list(u[cell]), [list(frame[cell, 0])], list(parameters[:, cell]), 0.01)
@@ -101,8 +101,10 @@ def test_bits_do_not_depend_on_lanes_or_neighbours(name: str) -> None:
     program = make_program(load_model(name))
     layout = Layout(3, 3, len(program.coefficients))
     order = np.random.default_rng(8).permutation(96)[:37]
-    table = layout.pack(u[order], frame[order], program.coefficient_values(list(parameters[:, order])))
-    make_advance(program, RK4, layout)(table.reshape(-1), 0, table.shape[0], 3, 25, 0.01)
+    table = layout.pack(
+        u[order], frame[order], program.coefficient_values(list(parameters[:, order]), RK4.time_unit(0.01))
+    )
+    make_advance(program, RK4, layout)(table.reshape(-1), 0, table.shape[0], 3, 25)
     np.testing.assert_array_equal(layout.state(table, 37), expected[order, :3])
 
 
@@ -126,8 +128,8 @@ def test_a_diverging_cell_does_not_touch_its_neighbours() -> None:
     layout = Layout(3, 3, len(program.coefficients))
     expected = _advanced("lorenz", 3, 16, 4, 25, 0.01)
     u[5] = 1e200
-    table = layout.pack(u, frame, program.coefficient_values(list(parameters)))
-    make_advance(program, RK4, layout)(table.reshape(-1), 0, 1, 4, 25, 0.01)
+    table = layout.pack(u, frame, program.coefficient_values(list(parameters), RK4.time_unit(0.01)))
+    make_advance(program, RK4, layout)(table.reshape(-1), 0, 1, 4, 25)
     state = layout.state(table, 16)
     assert not np.isfinite(state[5]).all()
     others = np.arange(16) != 5
@@ -194,10 +196,10 @@ def test_exponents_of_linear_systems_are_real_parts_of_eigenvalues(dimension: in
     program = derive(Model("linear", space["rhs"], tuple(State(name) for name in names), ()))
     layout = Layout(dimension, dimension, len(program.coefficients))
     frame = generic_frame(dimension, dimension)[None]
-    lanes = layout.pack(rng.normal(size=(1, dimension)), frame, program.coefficient_values([]))
+    lanes = layout.pack(rng.normal(size=(1, dimension)), frame, program.coefficient_values([], RK4.time_unit(0.01)))
     growth = np.zeros(dimension)
     for _ in range(2000):
-        make_advance(program, RK4, layout)(lanes.reshape(-1), 0, 1, 1, 10, 0.01)
+        make_advance(program, RK4, layout)(lanes.reshape(-1), 0, 1, 1, 10)
         growth += np.log(layout.take_stretch(lanes, 1)[0])
     expected = np.sort(np.diag(blocks))[::-1]
     np.testing.assert_allclose(growth / 200, expected, atol=6 / 200)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -58,6 +59,17 @@ class ButcherTable:
     def stages(self) -> int:
         """Number of evaluations of the right-hand side."""
         return len(self.b)
+
+    @cached_property
+    def unit(self) -> Fraction | float:
+        """The unit of time, in steps, in which most stages need no multiplication: 1/2 for RK4."""
+        entries = Counter(x for row in self.a for x in row if x)
+        value, count = max(entries.items(), key=lambda item: item[1], default=(Fraction(1), 0))
+        return value if count > 1 else Fraction(1)
+
+    def time_unit(self, dt: float) -> float:
+        """Return the unit of time that a kernel's coefficients are given in, for steps of `dt`."""
+        return float(self.unit) * dt
 
     @cached_property
     def stability(self) -> tuple[float, ...]:
