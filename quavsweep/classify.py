@@ -158,7 +158,7 @@ def convergence(sweep: Sweep, evidence: Evidence) -> tuple[np.ndarray, np.ndarra
     pairs = [averages.average(np.where(first + i > used, used, first), end) for i, end in enumerate(ends, 1)]
     length = sweep.clock.segment_steps * sweep.clock.dt
     if not pairs:
-        n, k = used.size, sweep.measures.vectors
+        n, k = evidence["growth_total"].shape[::2]
         return np.zeros((n, 0)), np.zeros((n, 0, k)), np.zeros((n, 0, k))
     exponents, errors = (np.stack(part, axis=1) for part in zip(*pairs, strict=True))
     return np.stack(ends, axis=1) * length, exponents, errors

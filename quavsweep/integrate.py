@@ -20,6 +20,7 @@ from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.printer import step_operations
 from quavsweep.kernels.program import Program
+from quavsweep.kernels.step import choose_layout
 from quavsweep.measures import Evidence, Variable
 
 LOG_STEPS = 400  # a step of RK4 shrinks a vector to no less than 0.27, and 0.27**400 does not underflow
@@ -71,7 +72,7 @@ class Plan:
 def make_plan(sweep: Sweep, lanes: int) -> Plan:
     """Return the plan of a sweep with a compiled kernel of so many lanes."""
     program = make_program(sweep.model)
-    layout = Layout(program.dimension, sweep.measures.vectors, len(program.coefficients), lanes)
+    layout = choose_layout(program, sweep.method, sweep.measures.vectors, lanes, sweep.measures.trace)
     return Plan(sweep, program, layout, make_advance(program, sweep.method, layout, sweep.measures.dense))
 
 
@@ -121,10 +122,11 @@ def integrate_tile(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evide
     evidence["status"][:] = Status.TIME_OVER
     parameters, u = cell_values(plan.sweep, tile)
     coefficients = plan.program.coefficient_values(parameters)
+    scaled = plan.program.coefficient_values(parameters, plan.method.time_unit(clock.dt))
     frame = np.broadcast_to(generic_frame(layout.dimension, layout.vectors), (n, layout.vectors, layout.dimension))
     alive = np.arange(n)
-    lanes = layout.pack(u, frame, coefficients)
-    totals = np.zeros((n, layout.vectors))
+    lanes = layout.pack(u, frame, scaled)
+    totals = np.zeros((n, layout.exponents))
     scene = Scene(plan.sweep.model, plan.program, plan.method, clock, coefficients, evidence)
     watchers = make_watchers(plan.sweep.measures, scene)
     for segment in range(clock.segments):
@@ -150,7 +152,7 @@ def integrate_tile(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evide
             alive, totals = alive[~leaving], totals[~leaving]
             if not alive.size:
                 break
-            lanes = layout.pack(evidence["state"][alive], frame, coefficients[:, alive])
+            lanes = layout.pack(evidence["state"][alive], frame, scaled[:, alive])
     return {name: _canonical(values) for name, values in evidence.items()}
 
 
@@ -162,9 +164,9 @@ def _advance_batch(
     watchers: Sequence[Watcher],
     stopped: Callable[[], bool],
 ) -> np.ndarray:
-    """Advance all lanes, which have done so many steps, by a batch; return the growth of ln of the vectors, (n, K)."""
+    """Advance all lanes, which have done so many steps, by a batch; return the growth of ln, (n, exponents)."""
     clock, layout, n = plan.clock, plan.layout, alive.size
-    growth = np.zeros((n, layout.vectors))
+    growth = np.zeros((n, layout.exponents))
     flat, groups = lanes.reshape(-1), lanes.shape[0]
     most = max(1, LOG_STEPS // clock.block)
     if watchers:
@@ -181,10 +183,10 @@ def _advance_batch(
                 cells = alive[first * layout.lanes : last * layout.lanes]
                 _watch(plan, flat, (first, last), blocks, cells, done + block * clock.block, watchers)
             else:
-                plan.advance(flat, first, last, blocks, clock.block, clock.dt)
-        if layout.vectors:
+                plan.advance(flat, first, last, blocks, clock.block)
+        if layout.exponents:
             with np.errstate(all="ignore"):
-                growth += np.log(layout.take_stretch(lanes, n))
+                growth += layout.take_growth(lanes, n)
     return growth
 
 
@@ -201,7 +203,7 @@ def _watch(
     clock, layout = plan.clock, plan.layout
     steps, (first, last) = blocks * clock.block, groups
     buffer = aligned_empty((last - first, steps + 1, layout.dimension, layout.lanes))
-    plan.advance(flat, first, last, blocks, clock.block, clock.dt, buffer.reshape(-1))
+    plan.advance(flat, first, last, blocks, clock.block, buffer.reshape(-1))
     u = buffer.transpose(1, 2, 0, 3).reshape(steps + 1, layout.dimension, -1)[:, :, : cells.size]
     with np.errstate(all="ignore"):
         for watcher in watchers:
@@ -221,7 +223,7 @@ def _record(
     clock = plan.clock
     evidence["steps"][alive] = (segment + 1) * clock.segment_steps
     evidence["state"][alive] = u
-    if plan.layout.vectors:
+    if plan.layout.exponents:
         first = segment * clock.segment_batches
         evidence["growth"][alive, first : first + clock.segment_batches] = np.stack(batches, axis=1)
         evidence["growth_total"][alive, segment] = totals
@@ -263,13 +265,14 @@ def _breakdowns(plan: Plan, evidence: Evidence, alive: np.ndarray) -> tuple[np.n
     beyond = (np.abs(np.where(finite[:, None], u, 0.0)) > plan.sweep.model.bound).any(axis=1)
     diverged = np.asarray(~finite | beyond)
     degenerate = np.zeros_like(diverged)
-    if plan.layout.vectors:
+    if plan.layout.exponents:
         # All cells of a tile have been integrated equally far; a comparison with NaN or inf is no full rank.
         segment = int(evidence["steps"][alive[0]]) // clock.segment_steps - 1
         batches = slice(segment * clock.segment_batches, (segment + 1) * clock.segment_batches)
         with np.errstate(invalid="ignore"):
-            per_block = evidence["growth"][alive, batches].mean(axis=1) / clock.batch_blocks
-            full_rank = per_block.max(axis=1) - per_block.min(axis=1) <= FULL_RANK
+            of_vectors = evidence["growth"][alive, batches, : plan.layout.vectors]
+            per_block = of_vectors.mean(axis=1) / clock.batch_blocks
+            full_rank = np.ptp(per_block, axis=1) <= FULL_RANK if plan.layout.vectors else ~diverged
         degenerate = (~full_rank | (evidence["status"][alive] == Status.FRAME_DEGENERATE)) & ~diverged
         void = alive[diverged | degenerate]
         evidence["growth"][void, segment * clock.segment_batches :] = np.nan

@@ -15,9 +15,10 @@ from typing import Any
 
 import quavsweep
 from quavsweep.config import Sweep
-from quavsweep.kernels.layout import Layout
+from quavsweep.kernels.layout import FEWEST_LANES
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.printer import print_kernel
+from quavsweep.kernels.step import choose_layout
 from quavsweep.kernels.syntax import syntax_digest
 
 HASHED_MODULES = (
@@ -35,6 +36,7 @@ HASHED_MODULES = (
     "quavsweep.kernels.layout",
     "quavsweep.kernels.method",
     "quavsweep.kernels.program",
+    "quavsweep.kernels.step",
 )
 DENSE_MODULES = ("quavsweep.measures.dense", "quavsweep.analysis.event", "quavsweep.analysis.observer")
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
@@ -58,7 +60,7 @@ def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
 def evidence_parts(sweep: Sweep) -> dict[str, Any]:
     """Return all that changes an integrated number, by name: config, equations, kernel, tile loop."""
     program = make_program(sweep.model)
-    layout = Layout(program.dimension, sweep.measures.vectors, len(program.coefficients))
+    layout = choose_layout(program, sweep.method, sweep.measures.vectors, FEWEST_LANES, sweep.measures.trace)
     modules = (*HASHED_MODULES, *(DENSE_MODULES if sweep.measures.dense else ()))
     kept = {k: v for k, v in flatten(sweep.canonical()).items() if not k.startswith(_NO_EVIDENCE)}
     axes = _axes(sweep)

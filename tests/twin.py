@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from fractions import Fraction
 
+from quavsweep.kernels.method import RK4, ButcherTable
 from quavsweep.models import Model
 
 TINY = 1e-30  # step of the complex step derivative; its error is of the order of its square
@@ -21,22 +23,23 @@ def tangent(model: Model, u: Sequence[float], q: Sequence[float], p: Sequence[fl
 
 
 def step(
-    model: Model, u: list[float], frame: list[list[float]], p: Sequence[float], dt: float
+    model: Model, u: list[float], frame: list[list[float]], p: Sequence[float], dt: float, method: ButcherTable = RK4
 ) -> tuple[list[float], list[list[float]]]:
-    """Return state and tangent vectors after one classical step of fourth order."""
-    stages = []
-    y, w = u, frame
-    for c in (0.5, 0.5, 1.0, 0.0):
-        slopes = [rhs(model, y, p), *(tangent(model, y, q, p) for q in w)]
-        stages.append(slopes)
-        y = [x + c * dt * k for x, k in zip(u, slopes[0], strict=True)]
-        w = [[x + c * dt * k for x, k in zip(q, s, strict=True)] for q, s in zip(frame, slopes[1:], strict=True)]
-    rows = []
-    for m, row in enumerate([u, *frame]):
-        k1, k2, k3, k4 = (s[m] for s in stages)
-        total = [a + 2 * b + 2 * c + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True)]
-        rows.append([x + dt / 6 * k for x, k in zip(row, total, strict=True)])
-    return rows[0], rows[1:]
+    """Return state and tangent vectors after one step, by the table as textbooks write it."""
+    start, slopes = [u, *frame], []
+    for row in method.a:
+        y, *w = [_moved(x, [k[m] for k in slopes], row, dt) for m, x in enumerate(start)]
+        slopes.append([rhs(model, y, p), *(tangent(model, y, q, p) for q in w)])
+    first, *rest = [_moved(x, [k[m] for k in slopes], method.b, dt) for m, x in enumerate(start)]
+    return first, rest
+
+
+def _moved(
+    x: Sequence[float], slopes: Sequence[Sequence[float]], weights: Sequence[Fraction | float], dt: float
+) -> list[float]:
+    return [
+        value + dt * sum(float(w) * k[i] for w, k in zip(weights, slopes, strict=True)) for i, value in enumerate(x)
+    ]
 
 
 def gram_schmidt(frame: list[list[float]]) -> tuple[list[list[float]], list[float]]:

@@ -46,7 +46,7 @@ class IntegrateSection(BaseModel):
 
     model_config = _STRICT
 
-    method: Literal["rk4"] = Field(default="rk4", description="Runge-Kutta method")
+    method: Literal["rk4", "dp8"] = Field(default="rk4", description="Runge-Kutta method, of order 4 or 8")
     dt: float = Field(gt=0, description="step")
     transient: float = Field(default=0.0, ge=0, description="time before exponents are averaged")
     duration: float = Field(gt=0, description="time over which they are averaged")

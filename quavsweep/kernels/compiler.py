@@ -22,7 +22,7 @@ def default_lanes() -> int:
 
 
 def make_advance(program: Program, method: ButcherTable, layout: Layout, dense: bool = False) -> Callable[..., None]:
-    """Return the compiled `advance(lanes, first, last, n_blocks, block, dt)`, or `record` if dense; see `print_kernel`.
+    """Return the compiled `advance(lanes, first, last, n_blocks, block)`, or `record` if dense; see `print_kernel`.
 
     The source file is named by the hash of its content, so numba's disk cache, which looks at one file only, is safe.
     """

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from quavsweep.errors import ModelError
-from quavsweep.kernels.program import Assignment, Program, Ref
+from quavsweep.kernels.program import TIME_SCALE, Assignment, Program, Ref
 
 if TYPE_CHECKING:
     from quavsweep.models import Model
@@ -32,6 +32,8 @@ def derive(model: Model) -> Program:
         raise ModelError(f"its equations cannot be evaluated with symbols: {error}", model.name) from error
     if len(rhs) != len(u):
         raise ModelError(f"{len(u)} states but {len(rhs)} derivatives", model.name)
+    scale = sp.Symbol(TIME_SCALE, real=True)
+    rhs = [sp.Add(*(scale * term for term in sp.Add.make_args(f))) for f in rhs]
     jacobian = [[sp.diff(f, x) for x in u] for f in rhs]
     hessian = [[[sp.diff(f, x) for x in u] for f in row] for row in jacobian]
     writer = _Writer(model.name, u)
@@ -65,6 +67,10 @@ class _Writer:
         """Return the expression with everything that depends on parameters alone behind a coefficient's symbol."""
         if not expression.has(*self.states):
             return self._coefficient(expression)
+        if expression.is_Mul:
+            factor, rest = expression.as_independent(*self.states, as_Add=False)
+            if factor != 1 and not rest.is_polynomial(*self.states):
+                return self._coefficient(factor) * self.hoist(rest)
         if expression.is_polynomial(*self.states):
             terms = sp.Poly(expression, *self.states).terms()
             return self._nested({powers: self._coefficient(value) for powers, value in terms})

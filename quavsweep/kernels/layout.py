@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+FEWEST_LANES = 16  # two vectors of AVX-512; with 8 LLVM does not vectorise
 ALIGNMENT = 64  # bytes; a vector load across a cache line costs two (measured: 5 % of a step)
 
 
@@ -23,16 +24,22 @@ class Layout:
         Number of per-cell coefficients, C.
     lanes : int
         Cells per group, W; a multiple of 8, at least 16.
+    trace : bool
+        Whether a row holds the integral of the trace of the Jacobian.
+    scratch : int
+        Rows that a step uses as it likes.
     """
 
     dimension: int
     vectors: int
     coefficients: int
-    lanes: int = 16
+    lanes: int = FEWEST_LANES
+    trace: bool = False
+    scratch: int = 0
 
     def __post_init__(self) -> None:
-        if self.lanes < 16 or self.lanes % 8:
-            raise ValueError(f"{self.lanes} lanes: must be a multiple of 8 and at least 16")
+        if self.lanes < FEWEST_LANES or self.lanes % 8:
+            raise ValueError(f"{self.lanes} lanes: must be a multiple of 8 and at least {FEWEST_LANES}")
 
     @property
     def frame_row(self) -> int:
@@ -45,14 +52,29 @@ class Layout:
         return self.dimension * (1 + self.vectors)
 
     @property
+    def trace_row(self) -> int:
+        """The row of the integral of the trace, if there is one."""
+        return self.stretch_row + self.vectors
+
+    @property
+    def scratch_row(self) -> int:
+        """First row that a step uses as it likes."""
+        return self.coefficient_row + self.coefficients
+
+    @property
     def coefficient_row(self) -> int:
         """First row of the coefficients."""
-        return self.stretch_row + self.vectors
+        return self.trace_row + self.trace
+
+    @property
+    def exponents(self) -> int:
+        """Number of exponents that the vectors and the trace give."""
+        return self.vectors + self.trace
 
     @property
     def rows(self) -> int:
         """Number of rows."""
-        return self.coefficient_row + self.coefficients
+        return self.scratch_row + self.scratch
 
     def pack(self, u: np.ndarray, frame: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
         """Return the lanes of n cells; the last group is filled up with copies of the last cell.
@@ -65,15 +87,17 @@ class Layout:
 
         Returns
         -------
-        (groups, rows, W) float64, contiguous, aligned to 64 bytes; stretching factors are 1.
+        (groups, rows, W) float64, contiguous, aligned to 64 bytes; stretching factors are 1, integrals 0.
         """
         n = u.shape[0]
         cells = np.minimum(np.arange(-(-n // self.lanes) * self.lanes), n - 1)
         table = np.empty((self.rows, cells.size))
         table[: self.frame_row] = u.T[:, cells]
         table[self.frame_row : self.stretch_row] = frame.reshape(n, -1).T[:, cells]
-        table[self.stretch_row : self.coefficient_row] = 1.0
-        table[self.coefficient_row :] = coefficients[:, cells]
+        table[self.stretch_row : self.trace_row] = 1.0
+        table[self.trace_row : self.coefficient_row] = 0.0
+        table[self.coefficient_row : self.scratch_row] = coefficients[:, cells]
+        table[self.scratch_row :] = 0.0
         lanes = aligned_empty((cells.size // self.lanes, self.rows, self.lanes))
         lanes[...] = table.reshape(self.rows, -1, self.lanes).transpose(1, 0, 2)
         return lanes
@@ -89,9 +113,21 @@ class Layout:
 
     def take_stretch(self, lanes: np.ndarray, n: int) -> np.ndarray:
         """Return the products of stretching factors of the first n cells, (n, K), and set them back to 1."""
-        stretch = self._cells(lanes, self.stretch_row, self.coefficient_row, n)
-        lanes[:, self.stretch_row : self.coefficient_row] = 1.0
+        stretch = self._cells(lanes, self.stretch_row, self.trace_row, n)
+        lanes[:, self.stretch_row : self.trace_row] = 1.0
         return stretch
+
+    def take_growth(self, lanes: np.ndarray, n: int) -> np.ndarray:
+        """Return the growth of ln of the vectors' lengths since it was last taken, (n, exponents).
+
+        With the trace, the last one is what the others leave of the growth of the volume.
+        """
+        growth: np.ndarray = np.log(self.take_stretch(lanes, n))
+        if not self.trace:
+            return growth
+        volume = self._cells(lanes, self.trace_row, self.coefficient_row, n)
+        lanes[:, self.trace_row : self.coefficient_row] = 0.0
+        return np.concatenate([growth, volume - growth.sum(axis=1, keepdims=True)], axis=1)
 
     def _cells(self, lanes: np.ndarray, first: int, last: int, n: int) -> np.ndarray:
         rows = lanes[:, first:last].transpose(0, 2, 1)

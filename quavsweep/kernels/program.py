@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+TIME_SCALE = "h"  # name of the unit of time in which the derivatives are given
 Ref = str | float  # the name of a state, parameter or assignment, or a number
 
 OPERATIONS: dict[str, Callable[..., Any]] = {
@@ -36,6 +37,9 @@ class Assignment:
 class Program:
     """The frozen mathematics of a model.
 
+    All derivatives are given per unit of time h, a parameter of its own that is 1 unless said otherwise: a kernel
+    takes h = dt times a constant of the method, so that a step multiplies nothing with dt.
+
     Parameters
     ----------
     states, parameters : tuple of str
@@ -45,11 +49,11 @@ class Program:
     assignments : tuple of Assignment
         In order; a coefficient comes before what reads it.
     rhs : tuple of Ref, length D
-        The derivatives.
+        The derivatives, h f_i.
     jacobian : tuple of tuples of Ref, (D, D)
-        d rhs_i / d u_j.
+        h d f_i / d u_j.
     hessian : tuple of tuples of tuples of Ref, (D, D, D)
-        d2 rhs_i / d u_j d u_k.
+        h d2 f_i / d u_j d u_k.
     """
 
     states: tuple[str, ...]
@@ -81,26 +85,29 @@ class Program:
 
         `values` maps names of states, parameters or coefficients to values of one kind.
         """
-        known = dict(values)
+        known = {TIME_SCALE: 1.0, **values}
         for assignment in self.needed(outputs, known):
             arguments = (known[ref] if isinstance(ref, str) else ref for ref in assignment.arguments)
             known[assignment.target] = OPERATIONS[assignment.operation](*arguments)
         return [known[ref] if isinstance(ref, str) else ref for ref in outputs]
 
-    def coefficient_values(self, parameters: Sequence[np.ndarray]) -> np.ndarray:
+    def coefficient_values(self, parameters: Sequence[np.ndarray], scale: float = 1.0) -> np.ndarray:
         """Return the coefficients of n cells.
 
         Parameters
         ----------
         parameters : sequence of (n,) arrays
             In the model's order and units.
+        scale : float
+            The unit of time h [time unit of the model].
 
         Returns
         -------
         (C, n) float64
         """
         n = np.shape(parameters[0])[0] if parameters else 1
-        values = self.evaluate(self.coefficients, dict(zip(self.parameters, parameters, strict=True)))
+        given = dict(zip(self.parameters, parameters, strict=True))
+        values = self.evaluate(self.coefficients, {**given, TIME_SCALE: scale})
         return np.array([np.broadcast_to(value, (n,)) for value in values], dtype=np.float64).reshape(-1, n)
 
     def names(self, u: Iterable[Any], coefficients: Iterable[Any]) -> dict[str, Any]:

@@ -64,6 +64,11 @@ class Measures(BaseModel):
         return max((measure.vectors for measure in self.chosen.values()), default=0)
 
     @property
+    def trace(self) -> bool:
+        """Whether the kernel has to integrate the trace of the Jacobian."""
+        return any(measure.trace for measure in self.chosen.values())
+
+    @property
     def dense(self) -> bool:
         """Whether some measure must see the state after every step."""
         return any(measure.dense for measure in self.chosen.values())

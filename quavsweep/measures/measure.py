@@ -40,6 +40,11 @@ class Measure(BaseModel):
         return 0
 
     @property
+    def trace(self) -> bool:
+        """Whether the kernel has to integrate the trace of the Jacobian."""
+        return False
+
+    @property
     def evidence(self) -> tuple[Variable, ...]:
         """What it records, beside the base evidence."""
         return ()
