@@ -16,7 +16,7 @@ from quavsweep.errors import ConfigError
 from quavsweep.grid import Grid
 from quavsweep.provenance import identify
 from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, looks_published, read_result
-from quavsweep.store.outcome import outcome_in_memory
+from quavsweep.store.outcome import outcome_so_far
 
 if TYPE_CHECKING:
     import xarray
@@ -144,7 +144,7 @@ def open_result(path: Path | str) -> Result:
     folder.must_exist()
     sweep = load_sweep(folder.config)
     identity = folder.present_identity(identify(sweep))
-    return Result(sweep, outcome_in_memory(ShardSet.scan(folder, sweep, identity)))
+    return Result(sweep, outcome_so_far(ShardSet.scan(folder, sweep, identity)))
 
 
 def _from_file(path: Path) -> Result:
