@@ -238,16 +238,17 @@ def _largest_eigenvalue(symmetric: np.ndarray) -> np.ndarray:
     """
     diagonal = symmetric.diagonal(axis1=1, axis2=2)
     wide = np.abs(symmetric).sum(axis=2) - np.abs(diagonal)
-    bound = (diagonal + wide).max(axis=1)
+    bound: np.ndarray = (diagonal + wide).max(axis=1)
     loose = np.flatnonzero(wide.max(axis=1) > LOOSE * np.abs(diagonal).min(axis=1))
     if loose.size:
         bound[loose] = np.linalg.eigvalsh(symmetric[loose])[:, -1]
-    return np.asarray(bound)
+    return bound
 
 
 def _spectral_norm(matrix: np.ndarray) -> np.ndarray:
     """Return a bound from above of the spectral norm of n matrices: the square root of the eigenvalue of A^T A."""
-    return np.sqrt(_largest_eigenvalue(np.matmul(matrix.transpose(0, 2, 1), matrix)))
+    squares = _largest_eigenvalue(np.matmul(matrix.transpose(0, 2, 1), matrix))
+    return np.asarray(np.sqrt(squares))
 
 
 def _polynomial(coefficients: tuple[float, ...], matrix: np.ndarray) -> np.ndarray:
