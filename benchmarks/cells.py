@@ -62,6 +62,6 @@ def yaw_cells(n: int = 256) -> Cells:
 
 
 def lorenz_cells(n: int = 256) -> Cells:
-    """Return chaotic cells of the Lorenz system."""
-    u = np.random.default_rng(0).uniform(-1.0, 1.0, (n, 3)) + [1.0, 1.0, 20.0]
-    return make_cells(load_model("lorenz"), {"rho": np.linspace(28.0, 40.0, n)}, u)
+    """Return chaotic cells of the Lorenz system, all from one start."""
+    start = np.broadcast_to([1.0, 1.0, 20.0], (n, 3))
+    return make_cells(load_model("lorenz"), {"rho": np.linspace(28.0, 40.0, n)}, start)

@@ -75,10 +75,10 @@ def step_loop(program: Program, vectors: int, method: ButcherTable = RK4) -> tup
 
 
 def arithmetic(program: Program, vectors: int, method: ButcherTable = RK4) -> float:
-    """Return how many packed arithmetic instructions a step of one vector of cells takes.
+    """Return how many arithmetic instructions a step of one vector of cells takes.
 
     The compiler may have put the steps of several vectors of cells into one turn of the loop; how many is told by the
     number of operations that the equations need.
     """
-    packed = kinds(step_loop(program, vectors, method))["pd"]
-    return packed / max(1, round(packed / step_operations(program, method, make_layout(program, vectors))))
+    count = kinds(step_loop(program, vectors, method)).total()
+    return count / max(1, round(count / step_operations(program, method, make_layout(program, vectors))))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import tempfile
+
 import numpy as np
 
 from benchmarks.c_source import gcc
@@ -23,7 +26,9 @@ class JitCode:
         self._system = jitcode.jitcode_lyap(
             [symengine.sympify(f) for f in rhs], n_lyap=3, control_pars=[speed], verbose=False
         )
-        self._system.set_integrator("dop853", rtol=tolerance, atol=tolerance)
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), contextlib.redirect_stdout(None):
+            # It compiles by setuptools, which would read a project file in the current folder.
+            self._system.set_integrator("dop853", rtol=tolerance, atol=tolerance)
         self.cells = cells
 
     def run(self, seconds: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,119 @@
+"""Settings of each tool on regular cells: the error that a step or a tolerance causes, and what it costs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from benchmarks.cells import Cells, make_cells
+from benchmarks.peers import heyoka, jitcode
+from benchmarks.printed import Printed
+from benchmarks.protocol import Contender, Protocol, compare
+from benchmarks.reference import reference_state
+from quavsweep.kernels.method import METHODS, ButcherTable
+from quavsweep.models import load_model
+
+CELLS = 64
+SECONDS = 100
+SCAN = Protocol(samples=3, seconds=0.1)  # for choosing among settings; the choice is then measured in full
+PER_SECOND = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20, 25, 30, 35, 40, 50, 60, 70, 85, 100, 120, 140, 170)
+PER_SECOND += (200, 240, 280, 340, 400, 480, 560, 680, 800, 960, 1120, 1360, 1600)
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 1e-15)
+JITCODE_TOLERANCES = (1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12, 1e-14)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A tool at one step or tolerance.
+
+    Parameters
+    ----------
+    tool : str
+        Name of a peer or of one of our methods.
+    label : str
+        Its step or tolerance.
+    error : float
+        Largest error of a component of the state after `SECONDS`, over all cells [rad/s].
+    contender : Contender
+        Timed per simulated second and cell, with three exponents, orthonormalised every second.
+    """
+
+    tool: str
+    label: str
+    error: float
+    contender: Contender
+
+
+@cache
+def regular_cells() -> tuple[Cells, np.ndarray]:
+    """Return cells on periodic orbits of the yaw system (c = 5 rad/s), and their states after `SECONDS`.
+
+    They start from where 1,000 s have brought them, so that an error grows with the phase, not exponentially.
+    """
+    model, varied = load_model("quadrotor_yaw"), {"Omega1": np.linspace(250.0, 280.0, CELLS)}
+    settle = Printed(make_cells(model, varied, np.full((CELLS, 3), 1e-3)), 0, 0.02, 50, 1000)
+    settle()
+    cells = make_cells(model, varied, settle.state())
+    return cells, reference_state(cells, SECONDS)
+
+
+def our_settings(method: ButcherTable) -> Iterator[Setting]:
+    """Yield our kernel with longer, then shorter steps."""
+    cells, reference = regular_cells()
+    for n in PER_SECOND:
+        run = Printed(cells, 3, 1.0 / n, n, SECONDS, method)
+        run()
+        with np.errstate(invalid="ignore"):
+            error = np.abs(run.state() - reference).max()
+        if np.isfinite(error) and error < 1.0:
+            yield Setting(method.name, f"dt = 1/{n} s", float(error), run.per_second(method.name))
+
+
+def heyoka_settings() -> Iterator[Setting]:
+    """Yield heyoka with its cheapest size of a batch and tolerances from loose to tight."""
+    cells, reference = regular_cells()
+    trials = {size: heyoka.Heyoka(cells, 1e-9, size) for size in heyoka.batch_sizes()}
+    size = min(trials, key=lambda n: cost(trials[n].at(SECONDS).per_second()))
+    for tolerance in TOLERANCES:
+        run = heyoka.Heyoka(cells, tolerance, size)
+        error = float(np.abs(run.run(SECONDS)[0] - reference).max())
+        label = f"tolerance {tolerance:.0e}, {size} at a time"
+        yield Setting("heyoka", label, error, run.at(SECONDS).per_second())
+
+
+def jitcode_settings() -> Iterator[Setting]:
+    """Yield JiTCODE with tolerances from loose to tight."""
+    cells, reference = regular_cells()
+    for tolerance in JITCODE_TOLERANCES:
+        run = jitcode.JitCode(cells, tolerance)
+        error = float(np.abs(run.run(SECONDS)[0] - reference).max())
+        yield Setting("JiTCODE", f"dop853, tolerance {tolerance:.0e}", error, run.at(SECONDS).per_second())
+
+
+@cache
+def all_settings(tool: str) -> tuple[Setting, ...]:
+    """Return the settings of a tool: a method of ours, `heyoka` or `JiTCODE`."""
+    peers: dict[str, Callable[[], Iterator[Setting]]] = {"heyoka": heyoka_settings, "JiTCODE": jitcode_settings}
+    return tuple(peers[tool]() if tool in peers else our_settings(METHODS[tool]))
+
+
+def cost(contender: Contender) -> float:
+    """Return the time per simulated second and cell [ns], from short samples."""
+    return float(np.median(compare([contender], SCAN)[contender.name]))
+
+
+def cheapest(tools: tuple[str, ...], error: float) -> Setting:
+    """Return the cheapest setting of these tools that keeps the error; of each tool, the loosest is tried."""
+    candidates = [next((s for s in all_settings(tool) if s.error <= error), None) for tool in tools]
+    found = [setting for setting in candidates if setting is not None]
+    if not found:
+        raise ValueError(f"no setting of {', '.join(tools)} has an error of at most {error:.0e}")
+    return min(found, key=lambda setting: cost(setting.contender)) if len(found) > 1 else found[0]
+
+
+def our_cheapest(error: float) -> Setting:
+    """Return our cheapest method and step for an error."""
+    return cheapest(tuple(METHODS), error)
