@@ -11,6 +11,7 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from benchmarks.catalogue import SUITES, listing, select
+from benchmarks.picture import draw
 from benchmarks.protocol import FULL, QUICK, MissingError, Protocol
 from benchmarks.report import record, table
 from benchmarks.row import Outcome, Row, verdict
@@ -35,8 +36,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.json:
         options.json.write_text(json.dumps(record(outcomes, protocol), indent=1) + "\n")
     if options.plot:
-        from benchmarks.picture import draw
-
         draw(outcomes, options.plot, protocol)
     return 1 if any(outcome.verdict == "failed" for outcome in outcomes) else 0
 

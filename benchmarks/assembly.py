@@ -55,7 +55,7 @@ def compile_afresh(source: str, folder: Path) -> ModuleType:
 
 
 @cache
-def printed_loop(source: str) -> tuple[Instruction, ...]:
+def printed_loop(source: str) -> list[Instruction]:
     """Return the hottest loop of a printed kernel."""
     with tempfile.TemporaryDirectory() as folder:
-        return tuple(hottest_loop(assembly(compile_afresh(source, Path(folder)).advance)))
+        return hottest_loop(assembly(compile_afresh(source, Path(folder)).advance))

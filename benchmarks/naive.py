@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
 
-def coefficients(Omega1, c, Ix, Iy, Iz, Ir, d, k4, k5, k6):  # type: ignore[no-untyped-def]
+def coefficients(
+    *, Omega1: Any, c: Any, Ix: Any, Iy: Any, Iz: Any, Ir: Any, d: Any, k4: Any, k5: Any, k6: Any
+) -> np.ndarray:
     """Return the nine coefficients of system (15) of n cells, (n, 9)."""
     rows = [
         *((Iy - Iz) / Ix, -2 * c * Ir / Ix, -k4 / Ix),

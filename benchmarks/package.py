@@ -47,8 +47,11 @@ def _over_kernel(theirs: Peer, cells: Cells, ours: Cells, dt: float, protocol: P
     return Measurement(ratios(samples, theirs.name, "kernel"), samples, UNIT, note, detail)
 
 
-ROWS = (
-    Row("pynamicalsys", "peers", "pynamicalsys, RK4", "x", at_least(150), pynamicalsys_over_kernel, peer="pynamicalsys, RK4"),
-    Row("dynlib", "peers", "dynlib, RK4, Lorenz", "x", at_least(60), dynlib_over_kernel, peer="dynlib, RK4, Lorenz"),
-    Row("jitcode", "peers", "JiTCODE, dop853 1e-9", "x", at_least(50), jitcode_over_kernel, peer="JiTCODE, dop853 1e-9"),
+ROWS = tuple(
+    Row(key, "peers", title, "x", at_least(bound), measure, peer=title)
+    for key, title, bound, measure in (
+        ("pynamicalsys", "pynamicalsys, RK4", 150, pynamicalsys_over_kernel),
+        ("dynlib", "dynlib, RK4, Lorenz", 60, dynlib_over_kernel),
+        ("jitcode", "JiTCODE, dop853 1e-9", 50, jitcode_over_kernel),
+    )
 )

@@ -69,7 +69,7 @@ class Printed:
         return Contender(name, self, self.seconds * len(self.cells))
 
 
-def step_loop(program: Program, vectors: int, method: ButcherTable = RK4) -> tuple[Instruction, ...]:
+def step_loop(program: Program, vectors: int, method: ButcherTable = RK4) -> list[Instruction]:
     """Return the machine code of the loop over lanes that holds the step."""
     return printed_loop(print_kernel(program, method, make_layout(program, vectors)))
 

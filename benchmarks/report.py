@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 import textwrap
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -27,9 +28,8 @@ def table(outcomes: Sequence[Outcome], protocol: Protocol) -> str:
         lines.append(_line(row.title, figure, target(row), outcome.verdict))
         note = outcome.reason or (measurement.note if measurement else "")
         lines += textwrap.wrap(note, WIDTH, initial_indent="    ", subsequent_indent="    ")
-    kind = "QUICK: short samples, thumbnails of sweeps; " if protocol.quick else ""
-    least = "" if protocol.quick else "at least "
-    lines += ["-" * WIDTH, f"{kind}{protocol.samples} interleaved samples a side, {least}{protocol.seconds:g} s each"]
+    kind = "QUICK (thumbnails of sweeps): " if protocol.quick else "at least "
+    lines += ["-" * WIDTH, f"{kind}{protocol.samples} interleaved samples of {protocol.seconds:g} s a side"]
     return "\n".join(lines)
 
 
@@ -66,6 +66,7 @@ def _row(outcome: Outcome) -> dict[str, Any]:
             "max": max(measurement.values),
             "values": measurement.values,
             "samples": measurement.samples,
+            "sample_medians": {name: statistics.median(x) for name, x in measurement.samples.items()},
             "sample_unit": measurement.sample_unit,
             "note": measurement.note,
             "detail": dict(measurement.detail),

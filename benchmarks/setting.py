@@ -19,8 +19,10 @@ from quavsweep.models import load_model
 CELLS = 64
 SECONDS = 100
 SCAN = Protocol(samples=3, seconds=0.1)  # for choosing among settings; the choice is then measured in full
-PER_SECOND = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20, 25, 30, 35, 40, 50, 60, 70, 85, 100, 120, 140, 170)
-PER_SECOND += (200, 240, 280, 340, 400, 480, 560, 680, 800, 960, 1120, 1360, 1600)
+PER_SECOND = (
+    *(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 25, 30, 35, 40, 45, 50, 60, 70, 80, 90, 100, 120, 140, 170),
+    *(200, 240, 280, 340, 400, 480, 560, 680, 800, 960, 1120, 1360, 1600),
+)
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 1e-15)
 JITCODE_TOLERANCES = (1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12, 1e-14)
 
@@ -74,8 +76,9 @@ def our_settings(method: ButcherTable) -> Iterator[Setting]:
 
 def heyoka_settings() -> Iterator[Setting]:
     """Yield heyoka with its cheapest size of a batch and tolerances from loose to tight."""
+    sizes = heyoka.batch_sizes()
     cells, reference = regular_cells()
-    trials = {size: heyoka.Heyoka(cells, 1e-9, size) for size in heyoka.batch_sizes()}
+    trials = {size: heyoka.Heyoka(cells, 1e-9, size) for size in sizes}
     size = min(trials, key=lambda n: cost(trials[n].at(SECONDS).per_second()))
     for tolerance in TOLERANCES:
         run = heyoka.Heyoka(cells, tolerance, size)
@@ -86,6 +89,7 @@ def heyoka_settings() -> Iterator[Setting]:
 
 def jitcode_settings() -> Iterator[Setting]:
     """Yield JiTCODE with tolerances from loose to tight."""
+    jitcode.packages()
     cells, reference = regular_cells()
     for tolerance in JITCODE_TOLERANCES:
         run = jitcode.JitCode(cells, tolerance)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +52,7 @@ class Run:
     def work(self) -> int:
         """Steps times cells."""
         sweep = load_sweep(OMEGA_C, self.changes)
-        return len(sweep.grid) * sweep.clock.steps
+        return sweep.grid.size * sweep.clock.steps
 
     def contender(self, name: str) -> Contender:
         """Return it as a contender whose samples are single runs, timed in seconds."""
@@ -77,9 +76,9 @@ def omega_c_rounds(protocol: Protocol) -> Rounds:
     full = (*thumbnail, "stop_early=false")
     step = Printed(yaw_cells(), 3, 0.02, 25, 40).per_step
     with tempfile.TemporaryDirectory() as folder:
-        make: Callable[..., Run] = lambda name, *rest: Run(Path(folder) / name, *rest)  # noqa: E731
-        make("warm", (*THUMBNAIL, "integrate.duration=200", "integrate.transient=200"))()
-        two, one, early = make("two", full), make("one", full, 1), make("early", thumbnail)
+        root = Path(folder)
+        Run(root / "warm", (*THUMBNAIL, "integrate.duration=200", "integrate.transient=200"))()
+        two, one, early = Run(root / "two", full), Run(root / "one", full, 1), Run(root / "early", thumbnail)
         samples = compare(
             [
                 step("step before"),
@@ -107,9 +106,7 @@ def sweep_over_kernel(protocol: Protocol) -> Measurement:
     """Wall x workers of the whole sweep over cells x steps x time of a step with Gram-Schmidt every 25."""
     rounds = omega_c_rounds(protocol)
     before, after, wall = (rounds.samples[name] for name in ("step before", "step after", "2 workers"))
-    values = [
-        1e9 * w * WORKERS / rounds.work / (0.5 * (s + t)) for w, s, t in zip(wall, before, after, strict=True)
-    ]
+    values = [1e9 * w * WORKERS / rounds.work / (0.5 * (s + t)) for w, s, t in zip(wall, before, after, strict=True)]
     note = f"{np.median(wall):.1f} s with {WORKERS} workers, {rounds.work:.3g} steps x cells" + _thumbnail(protocol)
     return Measurement(values, rounds.samples, UNIT, note, comparable=not protocol.quick)
 
@@ -137,7 +134,7 @@ def cells_per_second(protocol: Protocol) -> Measurement:
         run = Run(Path(folder), (*MAP, *(SMALL_MAP if protocol.quick else ())))
         Run(Path(folder) / "warm", (*MAP, *SMALL_MAP, "integrate.duration=1000"))()
         samples = compare([run.contender("map")], protocol)
-    cells = len(load_sweep(OMEGA_C, run.changes).grid)
+    cells = load_sweep(OMEGA_C, run.changes).grid.size
     note = f"yaw system, dt 0.02, {cells} cells to the end, {WORKERS} workers" + _thumbnail(protocol)
     return Measurement([cells / seconds for seconds in samples["map"]], samples, "s per run", note)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
+from typing import Any
 
 import numpy as np
 
@@ -14,12 +15,17 @@ from benchmarks.peers import Peer, peer
 INTERVAL = 20.0  # s between two orthonormalisations: longer gains nothing, 1 s takes three times as long
 
 
+def packages() -> tuple[Any, Any]:
+    """Return JiTCODE and the algebra that it is built on, if gcc is there too."""
+    gcc()
+    return peer("jitcode"), peer("symengine")
+
+
 class JitCode:
     """The compiled system with dop853 at a relative and absolute tolerance; Omega1 varies from cell to cell."""
 
     def __init__(self, cells: Cells, tolerance: float) -> None:
-        gcc()
-        jitcode, symengine = peer("jitcode"), peer("symengine")
+        jitcode, symengine = packages()
         speed = symengine.Symbol("Omega1")
         fixed = {name: float(values[0]) for name, values in cells.parameters.items()}
         rhs = cells.model.rhs(*(jitcode.y(i) for i in range(3)), **{**fixed, "Omega1": speed})
