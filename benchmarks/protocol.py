@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 Samples = dict[str, list[float]]
 
+TURN = 0.05  # s, after which the next contender goes on
+
 
 class MissingError(Exception):
     """Something that a row needs is not installed; the message says what."""
@@ -65,23 +67,34 @@ class Contender:
         return time.perf_counter() - began
 
     def repetitions(self, seconds: float) -> int:
-        """Return how many calls last at least so long, after warming up."""
+        """Return how many calls last about so long, after warming up."""
         if self.once:
             return 1
         self.call()
         times = 1
-        while (took := self.seconds(times)) < min(0.1, seconds):
+        while (took := self.seconds(times)) < 0.5 * seconds:
             times *= 2
-        return max(1, -(-int(1.1 * seconds * times * 1e9) // int(took * 1e9)))
+        return max(1, round(times * seconds / took))
 
 
 def compare(contenders: Sequence[Contender], protocol: Protocol) -> Samples:
-    """Return the times per unit of work [ns] of the contenders' samples, taken in turn: A B A B ..."""
-    times = [contender.repetitions(protocol.seconds) for contender in contenders]
+    """Return the times per unit of work [ns] of the contenders' samples, taken in turn: A B A B ...
+
+    Contenders take turns of `TURN` within their samples too, so that whatever else the machine does falls on all sides
+    alike; whole runs do not.
+    """
+    whole = any(contender.once for contender in contenders)
+    times = [contender.repetitions(protocol.seconds if whole else TURN) for contender in contenders]
     samples: Samples = {contender.name: [] for contender in contenders}
     for _ in range(protocol.samples):
-        for contender, n in zip(contenders, times, strict=True):
-            samples[contender.name].append(contender.seconds(n) / n / contender.work * 1e9)
+        took = [0.0] * len(contenders)
+        turns = 0
+        while not turns or (not whole and min(took) < protocol.seconds):
+            for i, contender in enumerate(contenders):
+                took[i] += contender.seconds(times[i])
+            turns += 1
+        for contender, n, total in zip(contenders, times, took, strict=True):
+            samples[contender.name].append(total / (turns * n * contender.work) * 1e9)
     return samples
 
 

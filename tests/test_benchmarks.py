@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -124,9 +126,14 @@ def test_samples_are_taken_in_turn_and_warm() -> None:
     samples = compare(sides, Protocol(samples=4))
     assert calls == list("abababab")
     assert [len(values) for values in samples.values()] == [4, 4]
-    slow = Contender("c", lambda: sum(range(20_000)), 1.0)
-    times = slow.repetitions(0.02)
-    assert slow.seconds(times) > 0.005
+    turns: list[str] = []
+    sides = [Contender(name, lambda name=name: (turns.append(name), time.sleep(0.02)), 1.0) for name in "ab"]  # type: ignore[misc]
+    samples = compare(sides, Protocol(samples=2, seconds=0.1))
+    assert [len(values) for values in samples.values()] == [2, 2]
+    assert min(min(values) for values in samples.values()) >= 0.02e9
+    assert turns.count("a") >= 2 * 0.1 / 0.02
+    changes = sum(a != b for a, b in pairwise(turns))
+    assert changes >= 6, "within a sample the sides alternate"
 
 
 def test_the_hottest_loop_is_counted() -> None:
