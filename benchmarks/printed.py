@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.assembly import Instruction, kinds, printed_loop
+from benchmarks.assembly import kinds, printed_loop
 from benchmarks.cells import Cells
 from benchmarks.protocol import Contender
 from quavsweep.kernels.compiler import default_lanes, make_advance
@@ -12,11 +12,12 @@ from quavsweep.kernels.layout import Layout
 from quavsweep.kernels.method import RK4, ButcherTable
 from quavsweep.kernels.printer import print_kernel, step_operations
 from quavsweep.kernels.program import Program
+from quavsweep.kernels.step import choose_layout
 
 
-def make_layout(program: Program, vectors: int) -> Layout:
+def make_layout(program: Program, vectors: int, method: ButcherTable = RK4) -> Layout:
     """Return the layout that a sweep would use."""
-    return Layout(program.dimension, vectors, len(program.coefficients), default_lanes())
+    return choose_layout(program, method, vectors, default_lanes())
 
 
 class Printed:
@@ -38,7 +39,7 @@ class Printed:
         self, cells: Cells, vectors: int, dt: float, block: int, n_blocks: int, method: ButcherTable = RK4
     ) -> None:
         self.cells, self.steps, self.seconds = cells, block * n_blocks, block * n_blocks * dt
-        self._layout = make_layout(cells.program, vectors)
+        self._layout = make_layout(cells.program, vectors, method)
         self._advance = make_advance(cells.program, method, self._layout)
         rows = cells.u, cells.frame(vectors), cells.coefficients(method.time_unit(dt))
         self._fresh, self._lanes = self._layout.pack(*rows), self._layout.pack(*rows)
@@ -56,8 +57,8 @@ class Printed:
 
     def exponents(self) -> np.ndarray:
         """Return the exponents of the stretch of time that a call covers, (n, K)."""
-        rows = slice(self._layout.stretch_row, self._layout.coefficient_row)
-        stretch = self._lanes[:, rows].transpose(0, 2, 1).reshape(-1, self._layout.vectors)
+        first, vectors = self._layout.stretch_row, self._layout.vectors
+        stretch = self._lanes[:, first : first + vectors].transpose(0, 2, 1).reshape(-1, vectors)
         return np.asarray(np.log(stretch[: len(self.cells)]) / self.seconds)
 
     def per_step(self, name: str) -> Contender:
@@ -69,16 +70,12 @@ class Printed:
         return Contender(name, self, self.seconds * len(self.cells))
 
 
-def step_loop(program: Program, vectors: int, method: ButcherTable = RK4) -> list[Instruction]:
-    """Return the machine code of the loop over lanes that holds the step."""
-    return printed_loop(print_kernel(program, method, make_layout(program, vectors)))
-
-
 def arithmetic(program: Program, vectors: int, method: ButcherTable = RK4) -> float:
     """Return how many arithmetic instructions a step of one vector of cells takes.
 
-    The compiler may have put the steps of several vectors of cells into one turn of the loop; how many is told by the
-    number of operations that the equations need.
+    They are counted in the form of the step that is one loop over lanes. The compiler may have put the steps of several
+    vectors of cells into one turn of it; how many is told by the number of operations that the equations need.
     """
-    count = kinds(step_loop(program, vectors, method)).total()
-    return count / max(1, round(count / step_operations(program, method, make_layout(program, vectors))))
+    joint = Layout(program.dimension, vectors, len(program.coefficients), default_lanes())
+    count = kinds(printed_loop(print_kernel(program, method, joint))).total()
+    return count / max(1, round(count / step_operations(program, method, joint)))
