@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from benchmarks.protocol import MissingError, Protocol, compare, ratios
 from benchmarks.row import Measurement, Row, at_least
-from benchmarks.setting import Setting, all_settings, cheapest, cost, our_cheapest
+from benchmarks.setting import Setting, all_settings, cheapest, our_cheapest
 from quavsweep.kernels.method import METHODS
 
 STRIDE = {"heyoka": 2, "JiTCODE": 1}  # of the settings that the picture shows; every sixth of ours
@@ -38,15 +40,20 @@ def _at_equal_error(theirs: Setting, ours: Setting, protocol: Protocol) -> Measu
 
 def work(protocol: Protocol) -> Measurement:
     """Work against accuracy of every method and peer; the figure is RK4 over our best at an error of 1e-9."""
-    curves, missing = {}, []
+    shown: list[Setting] = []
+    missing: list[str] = []
     for tool in (*METHODS, "heyoka", "JiTCODE"):
         try:
-            settings = all_settings(tool)
+            shown += all_settings(tool)[:: STRIDE.get(tool, 6)]
         except MissingError as error:
             missing.append(str(error))
-            continue
-        chosen = [s for i, s in enumerate(settings) if i % STRIDE.get(tool, 6) == 0]
-        curves[tool] = [{"error": s.error, "ns": cost(s.contender), "setting": s.label} for s in chosen]
+    names = [f"{setting.tool}, {setting.label}" for setting in shown]
+    sides = [replace(setting.contender, name=name) for setting, name in zip(shown, names, strict=True)]
+    times = compare(sides, Protocol(samples=protocol.samples, seconds=0.1))
+    curves: dict[str, list[dict[str, Any]]] = {setting.tool: [] for setting in shown}
+    for setting, name in zip(shown, names, strict=True):
+        point = {"error": setting.error, "setting": setting.label, "ns": float(np.median(times[name]))}
+        curves[setting.tool].append({**point, "samples": times[name]})
     plain, best = cheapest(("rk4",), 1e-9), our_cheapest(1e-9)
     samples = compare([plain.contender, best.contender], protocol) if best is not plain else {}
     values = ratios(samples, plain.tool, best.tool) if samples else [1.0]

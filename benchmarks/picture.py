@@ -83,11 +83,9 @@ def draw_curves(axes: Axes, curves: dict[str, list[dict[str, Any]]]) -> None:
         return
     for tool, points in curves.items():
         label, colour, marker = STYLES.get(tool, (tool, "#cc79a7", "v"))
-        errors = [p["error"] for p in points]
-        # Beyond the step or tolerance of the least error, rounding grows and work is wasted.
-        useful = slice(0, 1 + errors.index(min(errors)))
-        times = [p["ns"] / 1e3 for p in points]
-        axes.plot(errors[useful], times[useful], marker=marker, markersize=4.5, color=colour, label=label)
+        front = useful(points)
+        errors, times = [p["error"] for p in front], [p["ns"] / 1e3 for p in front]
+        axes.plot(errors, times, marker=marker, markersize=4.5, color=colour, label=label)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.invert_xaxis()
@@ -99,6 +97,15 @@ def draw_curves(axes: Axes, curves: dict[str, list[dict[str, Any]]]) -> None:
     axes.set_axisbelow(True)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
     axes.spines[["top", "right"]].set_visible(False)
+
+
+def useful(points: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the points that are clearly more exact than all before; where rounding rules, more work is wasted."""
+    front: list[dict[str, Any]] = []
+    for point in points:
+        if not front or point["error"] < 0.7 * front[-1]["error"]:
+            front.append(point)
+    return front
 
 
 def _say(axes: Axes, text: str) -> None:
