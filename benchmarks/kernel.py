@@ -1,132 +1,112 @@
-"""The printed kernel against the same arithmetic in C, measured side by side: `python -m benchmarks.kernel`.
+"""The suite `kernel`: a step against the hardware's limit, against C, and against what most people write.
 
-Both advance the same cells of the yaw system by RK4 with three tangent vectors and no orthonormalisation. Samples
-alternate, each at least `SAMPLE_SECONDS` long; compilation is left out on both sides.
+Cells of the yaw system across the map, RK4, one thread.
 """
 
 from __future__ import annotations
 
-import ctypes
-import shutil
-import statistics
-import subprocess
-import sys
-import tempfile
-import time
-from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 
-from quavsweep.integrate import generic_frame
-from quavsweep.kernels.compiler import default_lanes, make_advance
-from quavsweep.kernels.layout import Layout, aligned_empty
-from quavsweep.kernels.lookup import make_program
-from quavsweep.kernels.method import RK4
-from quavsweep.models import load_model
+from benchmarks import handwritten, naive
+from benchmarks.cells import Cells, yaw_cells
+from benchmarks.printed import Printed, arithmetic
+from benchmarks.protocol import Contender, Protocol, compare, ratios
+from benchmarks.row import Measurement, Row, at_least, at_most
 
-SOURCE = Path(__file__).with_name("step_yaw.c")
-FLAGS = ("-O3", "-march=native", "-ffast-math", "-shared", "-fPIC")
-C_LANES = 8
-CELLS = 256  # as many as fit the first-level cache with room to spare
 DT = 0.02
 STEPS = 1000  # in a row, from the same start each time, so that no tangent vector overflows
-SAMPLES = 7
-SAMPLE_SECONDS = 2.0
+BLOCK = 25
+STEP_UNIT = "ns per step and cell"
 
 
-@dataclass(frozen=True)
-class Contender:
-    """One way to advance the cells: its lanes, their start, and the call that advances them by `STEPS`."""
-
-    lanes: np.ndarray
-    fresh: np.ndarray
-    advance: Callable[[], object]
-
-    def run(self, times: int) -> float:
-        """Advance the cells so many times from their start and return the seconds it took."""
-        began = time.perf_counter()
-        for _ in range(times):
-            self.lanes[...] = self.fresh
-            self.advance()
-        return time.perf_counter() - began
-
-    def state(self) -> np.ndarray:
-        """Return the cells' states, (n, 3)."""
-        return self.lanes[:, :3].transpose(0, 2, 1).reshape(-1, 3)
+def c_of_limit(protocol: Protocol) -> Measurement:
+    """Share of the peak rate of FMA issue that the step in C reaches, with three vectors [%]."""
+    step = handwritten.Handwritten(yaw_cells(), 3, DT, STEPS).per_step("C")
+    return _of_limit(handwritten.peak(), step, handwritten.c_arithmetic(3), protocol)
 
 
-def main() -> int:
-    """Print both times per step and cell and their ratio; return 1 if there is no gcc."""
-    compiler = shutil.which("gcc")
-    if compiler is None:
-        print("gcc is missing: the kernel cannot be compared with C")
-        return 1
-    with tempfile.TemporaryDirectory() as folder:
-        contenders = {"printed kernel": printed(), "C, vector types": handwritten(compiler, Path(folder))}
-        samples = compare(contenders)
-    for name, values in samples.items():
-        print(
-            f"{name:16} {statistics.median(values):6.2f} ns per step and cell, {min(values):.2f} to {max(values):.2f}"
-        )
-    ratios = [a / b for a, b in zip(*samples.values(), strict=True)]
-    print(f"{'ratio':16} {statistics.median(ratios):6.2f}, {min(ratios):.2f} to {max(ratios):.2f}")
-    return 0
+def kernel_of_limit(protocol: Protocol) -> Measurement:
+    """Share of the peak rate of FMA issue that the printed step reaches, with three vectors [%]."""
+    peak, cells = handwritten.peak(), yaw_cells()
+    step = Printed(cells, 3, DT, STEPS, 1).per_step("kernel")
+    return _of_limit(peak, step, arithmetic(cells.program, 3), protocol)
 
 
-def start() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return states (n, 3), frames (n, 3, 3) and coefficients (9, n) of the cells that are advanced."""
-    model = load_model("quadrotor_yaw")
-    parameters = {name: np.full(CELLS, value) for name, value in model.defaults.items()}
-    parameters["Omega1"] = np.linspace(50.0, 500.0, CELLS)
-    u = np.random.default_rng(0).uniform(-1.0, 1.0, (CELLS, 3))
-    frame = np.broadcast_to(generic_frame(3, 3), (CELLS, 3, 3))
-    return u, frame, make_program(model).coefficient_values(list(parameters.values()))
+def _of_limit(peak: Contender, step: Contender, operations: float, protocol: Protocol) -> Measurement:
+    samples = compare([peak, step], protocol)
+    values = [100 * operations * ratio / handwritten.lanes() for ratio in ratios(samples, "peak", step.name)]
+    rate = 1 / float(np.median(samples["peak"]))
+    note = f"{operations:g} vector operations, peak {rate:.2f} per ns"
+    return Measurement(values, samples, "ns per vector FMA; " + STEP_UNIT, note, {"operations": operations})
 
 
-def printed() -> Contender:
-    """Return the printed kernel; it orthonormalises once in `STEPS`."""
-    u, frame, coefficients = start()
-    layout = Layout(3, 3, len(coefficients), default_lanes())
-    advance = make_advance(make_program(load_model("quadrotor_yaw")), RK4, layout)
-    lanes = layout.pack(u, frame, coefficients)
-    flat, groups = lanes.reshape(-1), lanes.shape[0]
-    return Contender(lanes, lanes.copy(), lambda: advance(flat, 0, groups, 1, STEPS, DT))
+def kernel_over_c(vectors: int, protocol: Protocol) -> Measurement:
+    """Time of a printed step over that of the same arithmetic in C."""
+    cells = yaw_cells()
+    other, ours = handwritten.Handwritten(cells, vectors, DT, STEPS), Printed(cells, vectors, DT, STEPS, 1)
+    ours()
+    other()
+    if not np.allclose(ours.state(), other.state(), rtol=1e-9, atol=1e-9):
+        raise ValueError("C and the kernel do not compute the same")
+    samples = compare([ours.per_step("kernel"), other.per_step("C")], protocol)
+    note = f"{np.median(samples['kernel']):.2f} against {np.median(samples['C']):.2f} {STEP_UNIT}"
+    return Measurement(ratios(samples, "kernel", "C"), samples, STEP_UNIT, note)
 
 
-def handwritten(compiler: str, folder: Path) -> Contender:
-    """Compile the C source and return its step."""
-    library = folder / "step_yaw.so"
-    subprocess.run([compiler, *FLAGS, str(SOURCE), "-o", str(library)], check=True)
-    advance = ctypes.CDLL(str(library)).advance
-    advance.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_double)
-    u, frame, coefficients = start()
-    table = np.concatenate([u.T, frame.reshape(CELLS, -1).T, coefficients])
-    fresh = table.reshape(len(table), -1, C_LANES).transpose(1, 0, 2)
-    lanes = aligned_empty(fresh.shape)
-    return Contender(lanes, fresh, lambda: advance(lanes.ctypes.data, lanes.shape[0], STEPS, DT))
+def instructions(_: Protocol) -> Measurement:
+    """Packed arithmetic instructions of the printed step with three vectors."""
+    return Measurement([arithmetic(yaw_cells(1).program, 3)], note="counted in numba's machine code")
 
 
-def compare(contenders: dict[str, Contender], sample_seconds: float = SAMPLE_SECONDS) -> dict[str, list[float]]:
-    """Return the times per step and cell [ns] of interleaved samples.
-
-    Raises
-    ------
-    ValueError
-        If the contenders do not compute the same.
-    """
-    first, second = contenders.values()
-    times = max(1, round(sample_seconds / max(first.run(1), first.run(1))))
-    second.run(1)
-    if not np.allclose(first.state(), second.state(), rtol=1e-9, atol=1e-9):
-        raise ValueError("the contenders do not compute the same")
-    samples: dict[str, list[float]] = {name: [] for name in contenders}
-    for _ in range(SAMPLES):
-        for name, contender in contenders.items():
-            samples[name].append(contender.run(times) / times / STEPS / CELLS * 1e9)
-    return samples
+def gram_schmidt(protocol: Protocol) -> Measurement:
+    """Share of the time that one orthonormalisation per 25 steps takes [%]."""
+    cells = yaw_cells()
+    often = Printed(cells, 3, DT, BLOCK, STEPS // BLOCK).per_step("every 25 steps")
+    seldom = Printed(cells, 3, DT, STEPS, 1).per_step("every 1000 steps")
+    samples = compare([often, seldom], protocol)
+    values = [100 * (1 - ratio) for ratio in ratios(samples, seldom.name, often.name)]
+    return Measurement(values, samples, STEP_UNIT, f"{np.median(samples[often.name]):.2f} {STEP_UNIT} in all")
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+class Naive:
+    """The frozen scalar loop; advances cells with three vectors, each time from their start."""
+
+    def __init__(self, cells: Cells, dt: float, block: int, n_blocks: int) -> None:
+        self.work = len(cells) * block * n_blocks
+        start = np.concatenate([cells.u, cells.frame(3).reshape(len(cells), -1)], axis=1)
+        self.end, self.sums = np.empty_like(start), np.zeros((len(cells), 3))
+        self._arguments = (start, naive.coefficients(**cells.parameters), dt, block, n_blocks, self.end, self.sums)
+
+    def __call__(self) -> None:
+        """Advance the cells from their start."""
+        naive.sweep(*self._arguments)
+
+
+def naive_over_kernel(protocol: Protocol) -> Measurement:
+    """Time of the scalar loop over arrays over that of the kernel, both orthonormalising every 25 steps."""
+    cells = yaw_cells()
+    ours, other = Printed(cells, 3, DT, BLOCK, STEPS // BLOCK), Naive(cells, DT, BLOCK, STEPS // BLOCK)
+    ours()
+    other()
+    if not np.allclose(ours.state(), other.end[:, :3], rtol=1e-6, atol=1e-6):
+        raise ValueError("the naive loop and the kernel do not compute the same")
+    samples = compare([Contender("naive", other, other.work), ours.per_step("kernel")], protocol)
+    note = f"{np.median(samples['naive']):.0f} against {np.median(samples['kernel']):.2f} {STEP_UNIT}"
+    return Measurement(ratios(samples, "naive", "kernel"), samples, STEP_UNIT, note)
+
+
+ROWS = (
+    Row("c-limit", "kernel", "C / limit", "%", at_least(85), c_of_limit),
+    Row(
+        "kernel-c-2", "kernel", "kernel / C, 2 vectors", "x", at_most(1.10), partial(kernel_over_c, 2), needs="c-limit"
+    ),
+    Row(
+        "kernel-c-3", "kernel", "kernel / C, 3 vectors", "x", at_most(1.10), partial(kernel_over_c, 3), needs="c-limit"
+    ),
+    Row("kernel-limit", "kernel", "kernel / limit", "%", at_least(80), kernel_of_limit, needs="c-limit"),
+    Row("instructions", "kernel", "instructions, 3 vectors", "", at_most(245), instructions),
+    Row("gram-schmidt", "kernel", "Gram-Schmidt", "%", at_most(5), gram_schmidt),
+    Row("naive", "kernel", "naive numba", "x", at_least(8), naive_over_kernel, peer="naive numba loop"),
+)

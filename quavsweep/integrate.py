@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -63,7 +64,7 @@ class Plan:
         """What the evidence holds."""
         return self.sweep.measures.evidence
 
-    @property
+    @cached_property
     def step_ns(self) -> float:
         """Estimated time of one step of one cell [ns], the same on every machine."""
         return OPERATION_NS * step_operations(self.program, self.method, self.layout)
@@ -165,9 +166,9 @@ def _advance_batch(
     stopped: Callable[[], bool],
 ) -> np.ndarray:
     """Advance all lanes, which have done so many steps, by a batch; return the growth of ln, (n, exponents)."""
-    clock, layout, n = plan.clock, plan.layout, alive.size
-    growth = np.zeros((n, layout.exponents))
+    clock, layout = plan.clock, plan.layout
     flat, groups = lanes.reshape(-1), lanes.shape[0]
+    growth = np.zeros((groups, layout.exponents, layout.lanes))
     most = max(1, LOG_STEPS // clock.block)
     if watchers:
         at_once = max(1, BUFFER_BYTES // (8 * (most * clock.block + 1) * layout.dimension * layout.lanes))
@@ -186,8 +187,8 @@ def _advance_batch(
                 plan.advance(flat, first, last, blocks, clock.block)
         if layout.exponents:
             with np.errstate(all="ignore"):
-                growth += layout.take_growth(lanes, n)
-    return growth
+                layout.add_growth(lanes, growth)
+    return layout.cells(growth, alive.size)
 
 
 def _watch(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from quavsweep.codes import REGION
+from quavsweep.step_check import StepError
 
 
 @dataclass
@@ -28,6 +29,8 @@ class Progress:
         Cells of this run per region.
     stage : str
         `integrating` or `writing the result`.
+    step_error : StepError, optional
+        The error that the step causes, once it is known.
     """
 
     tiles: int
@@ -39,6 +42,7 @@ class Progress:
     failed: int = 0
     regions: np.ndarray = field(default_factory=lambda: np.zeros(len(REGION), dtype=int))
     stage: str = "integrating"
+    step_error: StepError | None = None
     started: float = field(default_factory=time.monotonic)
 
     def add(self, cells: int, steps: int, regions: np.ndarray) -> None:

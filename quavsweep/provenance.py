@@ -41,7 +41,7 @@ HASHED_MODULES = (
 DENSE_MODULES = ("quavsweep.measures.dense", "quavsweep.analysis.event", "quavsweep.analysis.observer")
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
 RESULT_MODULES = ("quavsweep.classify", "quavsweep.codes", "quavsweep.store.netcdf", "quavsweep.store.outcome")
-_NO_EVIDENCE = ("name", "classify", "integrate.duration")  # keys that change no integrated number
+_NO_EVIDENCE = ("classify", "integrate.duration")  # keys that change no integrated number
 
 
 def digest(data: Any) -> str:
@@ -62,7 +62,7 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
     program = make_program(sweep.model)
     layout = choose_layout(program, sweep.method, sweep.measures.vectors, FEWEST_LANES, sweep.measures.trace)
     modules = (*HASHED_MODULES, *(DENSE_MODULES if sweep.measures.dense else ()))
-    kept = {k: v for k, v in flatten(sweep.canonical()).items() if not k.startswith(_NO_EVIDENCE)}
+    kept = {k: v for k, v in flatten(sweep.settings()).items() if not k.startswith(_NO_EVIDENCE)}
     axes = _axes(sweep)
     return {
         **{f"config.{key}": value for key, value in kept.items()},

@@ -51,6 +51,8 @@ def summarise(result: Result) -> Summary:
 def _worst_sum(result: Result) -> float | None:
     """Return the largest distance of the raw sums from the divergence, if that does not depend on the state."""
     model = result.sweep.model
+    if result.sweep.measures.trace:
+        return None  # the last exponent was made of the sum
     if "lyapunov_raw" not in result or len(result["exponent"]) < len(model.states):
         return None
     program = make_program(model)

@@ -7,12 +7,13 @@ import random
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from quavsweep.classify import regions
+from quavsweep.classify import classify, regions
 from quavsweep.codes import REGION, Status
 from quavsweep.config import Sweep, dump_config, load_sweep
 from quavsweep.errors import ConfigError, DamageError, DiskError, StoppedError, TilesFailedError
@@ -22,6 +23,7 @@ from quavsweep.integrate import Plan, integrate_tile, make_plan
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.progress import Progress
 from quavsweep.provenance import evidence_parts, identify, machine, toolchain
+from quavsweep.step_check import StepError, check_step, regular_cells
 from quavsweep.store import RunFolder, Shard, ShardSet, check_folder, read_result, write_shard
 from quavsweep.store.outcome import write_outcome
 from quavsweep.tiling import bytes_needed, choose_tile_cells, spread
@@ -36,6 +38,7 @@ class Done:
     shard: Shard
     steps: int
     regions: np.ndarray
+    step_error: StepError | None
 
 
 def run_sweep(
@@ -108,7 +111,7 @@ def run_sweep(
         failed = _complete(plan, shards, workers, progress, watch, stop, order_seed)
         while not _consolidate(folder, shards, failed, progress, watch, stop):
             failed = _complete(plan, shards, workers, progress, watch, stop, order_seed)
-        folder.write_record(record | {"ended": time.time(), "failed": failed})
+        folder.write_record(record | {"ended": time.time(), "failed": failed, **_step_record(progress)})
     if failed:
         raise TilesFailedError(
             f"{len(failed)} of {shards.tiles} tiles raised, the first with {failed[min(failed)].splitlines()[-1]}",
@@ -116,6 +119,10 @@ def run_sweep(
             "the others are in the result; run again to retry",
         )
     return folder.result
+
+
+def _step_record(progress: Progress) -> dict[str, Any]:
+    return {} if progress.step_error is None else {"step_error": asdict(progress.step_error)}
 
 
 def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
@@ -140,8 +147,8 @@ def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
     folder = RunFolder(Path(path))
     folder.must_exist()
     with folder.lock():
-        before, sweep = load_sweep(folder.config).canonical(), load_sweep(folder.config, changes)
-        if any(sweep.canonical()[key] != value for key, value in before.items() if key != "classify"):
+        before, sweep = load_sweep(folder.config).settings(), load_sweep(folder.config, changes)
+        if any(sweep.settings()[key] != value for key, value in before.items() if key != "classify"):
             raise ConfigError(
                 "only thresholds can change here", possible="--set classify.KEY=VALUE; the rest needs run"
             )
@@ -183,11 +190,17 @@ def _complete(
     if order_seed is not None:
         random.Random(order_seed).shuffle(tiles)
 
+    checked = threading.Event()  # the step is checked once, in the first tile with regular cells
+
     def work(tile: Tile) -> Done:
         evidence = integrate_tile(plan, tile, stop.is_set)
         shard = write_shard(shards.folder, tile, shards.tile_cells, plan.variables, evidence, shards.identity)
-        count = np.bincount(regions(plan.sweep, evidence), minlength=len(REGION))
-        return Done(shard, int(evidence["steps"].sum()), count)
+        count, steps = np.bincount(regions(plan.sweep, evidence), minlength=len(REGION)), int(evidence["steps"].sum())
+        error = None
+        if not checked.is_set() and (regular := regular_cells(classify(plan.sweep, evidence))).any():
+            checked.set()
+            error = check_step(plan, tile, regular, steps / len(tile) * progress.cells, stop.is_set)
+        return Done(shard, steps, count, error)
 
     failed = {}
     try:
@@ -199,6 +212,7 @@ def _complete(
                 progress.failed += 1
             else:
                 shards.add(receipt.outcome.shard)
+                progress.step_error = progress.step_error or receipt.outcome.step_error
                 progress.add(len(receipt.tile), receipt.outcome.steps, receipt.outcome.regions)
             watch()
     except StoppedError:

@@ -165,7 +165,7 @@ def test_elimination_solves_and_leaves_singular_systems_alone() -> None:
     matrix, right = rng.normal(size=(50, 4, 4)), rng.normal(size=(50, 4))
     matrix[3] = 0.0
     with np.errstate(all="ignore"):
-        solution = solve(matrix, right)
+        solution = solve(np.concatenate([matrix, right[:, :, None]], axis=2).transpose(1, 2, 0).copy()).T
     good = np.arange(50) != 3
     np.testing.assert_allclose(np.einsum("nij,nj->ni", matrix, solution)[good], right[good], atol=1e-10)
     assert not np.isfinite(solution[3]).any()

@@ -143,10 +143,12 @@ def test_the_trace_is_integrated(name: str, vectors: int) -> None:
     make_advance(program, DP8, layout)(table.reshape(-1), 0, 1, 4, 25)
     full = _advanced(name, 3, 16, 4, 25, 0.01, method=DP8)
     np.testing.assert_array_equal(layout.state(table, 16), full[:, :3])
-    growth = layout.take_growth(table, 16)
-    assert growth.shape == (16, vectors + 1)
-    np.testing.assert_allclose(growth.sum(axis=1), np.log(full[:, -3:]).sum(axis=1), rtol=0, atol=1e-9)
-    np.testing.assert_array_equal(layout.take_growth(table, 16), 0.0)
+    growth = np.zeros((1, vectors + 1, 16))
+    layout.add_growth(table, growth)
+    np.testing.assert_allclose(growth[0].sum(axis=0), np.log(full[:, -3:]).sum(axis=1), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(growth[0, :vectors].T, np.log(full[:, 12 : 12 + vectors]), rtol=0, atol=1e-12)
+    layout.add_growth(table, growth)  # nothing is taken twice
+    np.testing.assert_allclose(growth[0].sum(axis=0), np.log(full[:, -3:]).sum(axis=1), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -9,6 +9,7 @@ from quavsweep.kernels.program import Program
 CONTRACTION = 0.1  # the second Newton step against the first; orbits that pass far from equilibria are told by it
 POLISH_STEPS = 6  # Newton doubles the digits
 CONVERGED = 1e-12  # last step against 1 + |u*|
+ROUNDING = 1e-15  # a step so small against 1 + |u*| changes nothing but rounding
 
 
 def vector_field(program: Program, u: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -52,7 +53,7 @@ def derivatives(program: Program, u: np.ndarray, coefficients: np.ndarray) -> np
     return table
 
 
-def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+def solve(table: np.ndarray) -> np.ndarray:
     """Solve n small linear systems by elimination with partial pivoting, elementwise over the cells.
 
     Own code because `np.linalg.solve` raises for all cells if one matrix is singular; here that cell becomes inf or
@@ -60,25 +61,27 @@ def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    matrix : (n, D, D) float64
-    right : (n, D) float64
+    table : (D, D + 1, n) float64
+        Matrices with their right-hand sides in the last column; overwritten.
 
     Returns
     -------
-    (n, D) float64
+    (D, n) float64
     """
-    n, size = right.shape
-    table = np.concatenate([matrix, right[:, :, None]], axis=2)
+    size, _, n = table.shape
     cells = np.arange(n)
     for k in range(size):
-        pivot = k + np.argmax(np.abs(table[:, k:, k]), axis=1)
-        row = table[cells, pivot]
-        table[cells, pivot] = table[:, k]
-        table[:, k] = row / row[:, k, None]
+        if k < size - 1:
+            pivot = k + np.argmax(np.abs(table[k:, k]), axis=0)
+            row = table[pivot, :, cells].T
+            table[pivot, :, cells] = table[k].T
+        else:
+            row = table[k]
+        table[k, k + 1 :] = row[k + 1 :] / row[k]
         for i in range(size):
             if i != k:
-                table[:, i] -= table[:, i, k, None] * table[:, k]
-    return table[:, :, size]
+                table[i, k + 1 :] -= table[i, k] * table[k, k + 1 :]
+    return table[:, size]
 
 
 def norm(x: np.ndarray) -> np.ndarray:
@@ -107,23 +110,34 @@ def newton(program: Program, u: np.ndarray, coefficients: np.ndarray) -> tuple[n
     equilibrium : (n, D) float64
         Meaningful where found.
     """
+    point = np.array(u.T)
     with np.errstate(all="ignore"):
-        first = solve(*_system(program, u, coefficients))
-        equilibrium = u - first
-        second = solve(*_system(program, equilibrium, coefficients))
-        equilibrium -= second
-        found = (norm(second) <= CONTRACTION * norm(first)) | (norm(second) <= CONVERGED * (1.0 + norm(equilibrium)))
-        near = np.flatnonzero(found)
-        for _ in range(POLISH_STEPS if near.size else 0):
-            step = solve(*_system(program, equilibrium[near], coefficients[:, near]))
-            equilibrium[near] -= step
-            found[near] = norm(step) <= CONVERGED * (1.0 + norm(equilibrium[near]))
-    return found, equilibrium
+        first = solve(_system(program, point, coefficients))
+        point -= first
+        second = solve(_system(program, point, coefficients))
+        point -= second
+        size = norm(second.T)
+        found = (size <= CONTRACTION * norm(first.T)) | (size <= CONVERGED * (1.0 + norm(point.T)))
+        open_ = np.flatnonzero(found)
+        for _ in range(POLISH_STEPS):
+            if not open_.size:
+                break
+            step = solve(_system(program, point[:, open_], coefficients[:, open_]))
+            point[:, open_] -= step
+            size = norm(step.T)
+            found[open_] = size <= CONVERGED * (1.0 + norm(point[:, open_].T))
+            open_ = open_[~(size <= ROUNDING * (1.0 + norm(point[:, open_].T)))]
+    return found, np.ascontiguousarray(point.T)
 
 
-def _system(program: Program, u: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    du, jacobian = vector_field(program, u, coefficients)
-    return jacobian, du
+def _system(program: Program, u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """Return Jacobian matrices and derivatives beside them at states in columns, (D, D + 1, n)."""
+    dimension, n = u.shape
+    outputs = [entry for row, f in zip(program.jacobian, program.rhs, strict=True) for entry in (*row, f)]
+    table = np.empty((len(outputs), n))
+    for row, value in zip(table, program.evaluate(outputs, program.names(u, coefficients)), strict=True):
+        row[...] = value
+    return table.reshape(dimension, dimension + 1, n)
 
 
 def eigensystem(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -13,6 +13,7 @@ from quavsweep.codes import REGION
 
 if TYPE_CHECKING:
     from quavsweep.progress import Progress
+    from quavsweep.step_check import StepError
 
 INTERVAL = 30.0  # s between two lines where there is no terminal
 
@@ -24,14 +25,17 @@ class Shown:
     ----------
     cells_run : int
         Cells that this run has integrated so far.
+    step_error : StepError or None
+        The error that the step causes, once it is known.
     """
 
     def __init__(self, name: str) -> None:
         self.name, self.cells_run = name, 0
+        self.step_error: StepError | None = None
 
     def __call__(self, progress: Progress) -> None:
         """Show how far the run is."""
-        self.cells_run = progress.cells_run
+        self.cells_run, self.step_error = progress.cells_run, progress.step_error
         self.show(progress)
 
     def show(self, progress: Progress) -> None:

@@ -6,6 +6,7 @@ import os
 import signal
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from quavsweep.errors import QuavsweepError, TilesFailedError
 
 if TYPE_CHECKING:
     from quavsweep.config import Sweep
+    from quavsweep.step_check import StepError
 
 
 @click.command()
@@ -80,7 +82,8 @@ def run(
             )
         except TilesFailedError as error:
             failure = error
-    _finish(out or sweep.folder, sweep.name, time.monotonic() - begin, shown.cells_run, not no_plot)
+    accuracy = _accuracy(sweep, shown.step_error)
+    _finish(out or sweep.folder, sweep.name, time.monotonic() - begin, shown.cells_run, not no_plot, accuracy)
     if failure is not None:
         raise failure
 
@@ -104,12 +107,31 @@ def classify(folder: Path, changes: tuple[str, ...], no_plot: bool) -> None:
     _finish(path.parent, "", time.monotonic() - begin, 0, not no_plot)
 
 
-def _finish(folder: Path, name: str, seconds: float, cells_run: int, with_plot: bool) -> None:
+def _accuracy(sweep: Sweep, error: StepError | None) -> list[tuple[str, str]]:
+    """Return the row that says how far the step can be trusted, and warn if it is too long."""
+    if error is None:
+        return []
+    unit, tolerance = sweep.unit_of_time, sweep.config.integrate.tolerance
+    text = f"{error.median:.1e} of a state after {error.time:g}{unit}, at most {error.largest:.1e}"
+    if error.median > tolerance:
+        said = f"warning: steps of {error.dt:g}{unit} cause an error of {text}, in {count(error.cells, 'regular cell')}"
+        warn(f"{said}; integrate.tolerance is {tolerance:g}: a shorter integrate.dt")
+    return [("error by dt", text)]
+
+
+def _finish(
+    folder: Path,
+    name: str,
+    seconds: float,
+    cells_run: int,
+    with_plot: bool,
+    accuracy: Sequence[tuple[str, str]] = (),
+) -> None:
     """Print what was found, and draw it."""
     from quavsweep.result import open_result
 
     result = open_result(folder / "result.h5")
-    rows = [*shares(result), ("time", _speed(seconds, cells_run)), ("result", str(folder / "result.h5"))]
+    rows = [*shares(result), *accuracy, ("time", _speed(seconds, cells_run)), ("result", str(folder / "result.h5"))]
     if with_plot:
         from quavsweep.plot import draw
 

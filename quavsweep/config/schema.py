@@ -51,6 +51,9 @@ class IntegrateSection(BaseModel):
     transient: float = Field(default=0.0, ge=0, description="time before exponents are averaged")
     duration: float = Field(gt=0, description="time over which they are averaged")
     segment: float | None = Field(default=None, gt=0, description="stretch between two looks at a cell")
+    tolerance: float = Field(
+        default=1e-2, gt=0, description="error of a state, against its magnitude, beyond which the step is warned of"
+    )
 
 
 class Thresholds(BaseModel):

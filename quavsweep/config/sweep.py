@@ -69,6 +69,11 @@ class Sweep:
         return units.pop() if len(units) == 1 else ""
 
     @property
+    def unit_of_time(self) -> str:
+        """Return the unit of time behind a number: ` s`, or nothing where time has no unit."""
+        return "" if self.model.time_unit == "1" else f" {self.model.time_unit}"
+
+    @property
     def cell_bytes(self) -> int:
         """Size of a cell's evidence."""
         shapes = ((v.dtype, v.shape(1, self.extents)) for v in self.measures.evidence)
@@ -83,6 +88,11 @@ class Sweep:
         axes = {axis.name: AxisSection(values=list(axis.values)) for axis in grid.axes}
         config = self.config.model_copy(update={"axes": axes, "initial": initial, "parameters": parameters})
         return replace(self, config=config, grid=grid, parameters=parameters)
+
+    def settings(self) -> dict[str, Any]:
+        """Return what of the canonical config may change a number or a label of the result."""
+        data = {key: value for key, value in self.canonical().items() if key != "name"}
+        return data | {"integrate": {k: v for k, v in data["integrate"].items() if k != "tolerance"}}
 
     def canonical(self) -> dict[str, Any]:
         """Return the config with every default and every rounded time written out; loading it gives the same sweep."""

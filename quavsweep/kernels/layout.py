@@ -104,34 +104,41 @@ class Layout:
 
     def state(self, lanes: np.ndarray, n: int) -> np.ndarray:
         """Return the state of the first n cells, (n, D), a copy."""
-        return self._cells(lanes, 0, self.frame_row, n)
+        return self.cells(lanes[:, : self.frame_row], n)
 
     def frame(self, lanes: np.ndarray, n: int) -> np.ndarray:
         """Return the tangent vectors of the first n cells, (n, K, D), a copy."""
-        rows = self._cells(lanes, self.frame_row, self.stretch_row, n)
+        rows = self.cells(lanes[:, self.frame_row : self.stretch_row], n)
         return rows.reshape(n, self.vectors, self.dimension)
 
     def take_stretch(self, lanes: np.ndarray, n: int) -> np.ndarray:
         """Return the products of stretching factors of the first n cells, (n, K), and set them back to 1."""
-        stretch = self._cells(lanes, self.stretch_row, self.trace_row, n)
+        stretch = self.cells(lanes[:, self.stretch_row : self.trace_row], n)
         lanes[:, self.stretch_row : self.trace_row] = 1.0
         return stretch
 
-    def take_growth(self, lanes: np.ndarray, n: int) -> np.ndarray:
-        """Return the growth of ln of the vectors' lengths since it was last taken, (n, exponents).
+    def add_growth(self, lanes: np.ndarray, growth: np.ndarray) -> None:
+        """Add the growth of ln of the vectors' lengths since it was last taken.
 
         With the trace, the last one is what the others leave of the growth of the volume.
-        """
-        growth: np.ndarray = np.log(self.take_stretch(lanes, n))
-        if not self.trace:
-            return growth
-        volume = self._cells(lanes, self.trace_row, self.coefficient_row, n)
-        lanes[:, self.trace_row : self.coefficient_row] = 0.0
-        return np.concatenate([growth, volume - growth.sum(axis=1, keepdims=True)], axis=1)
 
-    def _cells(self, lanes: np.ndarray, first: int, last: int, n: int) -> np.ndarray:
-        rows = lanes[:, first:last].transpose(0, 2, 1)
-        return rows.reshape(lanes.shape[0] * self.lanes, last - first)[:n].copy()
+        Parameters
+        ----------
+        lanes : (groups, rows, W) float64
+            Stretching factors are set back to 1, integrals to 0.
+        growth : (groups, exponents, W) float64
+        """
+        stretch, volume = self.stretch_row, self.trace_row
+        logarithms = np.log(lanes[:, stretch:volume])
+        growth[:, : self.vectors] += logarithms
+        lanes[:, stretch:volume] = 1.0
+        if self.trace:
+            growth[:, self.vectors] += lanes[:, volume] - logarithms.sum(axis=1)
+            lanes[:, volume] = 0.0
+
+    def cells(self, rows: np.ndarray, n: int) -> np.ndarray:
+        """Return some rows of lanes, (groups, m, W), as values of the first n cells, (n, m), a copy."""
+        return rows.transpose(0, 2, 1).reshape(rows.shape[0] * self.lanes, rows.shape[1])[:n].copy()
 
 
 def aligned_empty(shape: tuple[int, ...]) -> np.ndarray:

@@ -7,6 +7,7 @@ import json
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -86,10 +87,18 @@ class Program:
         `values` maps names of states, parameters or coefficients to values of one kind.
         """
         known = {TIME_SCALE: 1.0, **values}
-        for assignment in self.needed(outputs, known):
+        key = (*outputs, None, *known)
+        if key not in self._evaluations:
+            self._evaluations[key] = self.needed(outputs, known)
+        for assignment in self._evaluations[key]:
             arguments = (known[ref] if isinstance(ref, str) else ref for ref in assignment.arguments)
             known[assignment.target] = OPERATIONS[assignment.operation](*arguments)
         return [known[ref] if isinstance(ref, str) else ref for ref in outputs]
+
+    @cached_property
+    def _evaluations(self) -> dict[tuple[Ref | None, ...], list[Assignment]]:
+        """What evaluations so far have needed, because finding it takes longer than a few operations on arrays."""
+        return {}
 
     def coefficient_values(self, parameters: Sequence[np.ndarray], scale: float = 1.0) -> np.ndarray:
         """Return the coefficients of n cells.

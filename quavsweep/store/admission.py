@@ -53,17 +53,16 @@ def _listed(differences: list[str]) -> str:
 def _check_config(folder: RunFolder, sweep: Sweep) -> None:
     """Refuse a folder whose config differs in what changes a number."""
     try:
-        stored = load_sweep(folder.config).canonical()
+        stored = load_sweep(folder.config).settings()
     except ConfigError as error:
         if not folder.config.exists():
             return
         raise IdentityError(
             f"its config cannot be read ({error})", str(folder.path), "delete it to have it rebuilt"
         ) from error
-    skipped = ("name", "classify")
     differences = changed_keys(
-        {k: v for k, v in stored.items() if k not in skipped},
-        {k: v for k, v in sweep.canonical().items() if k not in skipped},
+        {k: v for k, v in stored.items() if k != "classify"},
+        {k: v for k, v in sweep.settings().items() if k != "classify"},
     )
     if differences:
         raise IdentityError(

@@ -117,13 +117,12 @@ def _cf(unit: str) -> str:
 
 def _file(sweep: Sweep, identity: Identity) -> dict[str, str]:
     """Return the attributes of the file; names, folders, times and machines are in none of them."""
-    settings = {k: v for k, v in sweep.canonical().items() if k != "name"}
     return {
         "Conventions": "CF-1.11",
         "title": f"quavsweep result: {sweep.model.name}",
         "source": sweep.model.source,
         "model": sweep.model.name,
-        "config": json.dumps(settings),
+        "config": json.dumps(sweep.settings()),
         "evidence_id": identity.evidence,
         "toolchain_id": identity.toolchain,
         "result_id": identity.result,
