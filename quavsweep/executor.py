@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import collections
 import contextlib
-import ctypes
 import queue
 import threading
 import traceback
@@ -16,6 +15,7 @@ import dask
 
 from quavsweep.errors import DiskError, StoppedError
 from quavsweep.grid import Tile
+from quavsweep.memory import release_memory
 
 Work = Callable[[Tile], Any]
 
@@ -84,7 +84,7 @@ def run_tiles(work: Work, tiles: Sequence[Tile], workers: int) -> Iterator[Recei
     finally:
         abandoned.set()
         driver.join()
-        _release_memory()
+        release_memory()  # the heaps of the threads
 
 
 def _do(work: Work, tile: Tile) -> Receipt:
@@ -93,9 +93,3 @@ def _do(work: Work, tile: Tile) -> Receipt:
         return Receipt(tile, work(tile))
     except Exception as error:
         return Receipt(tile, error=error, trace=traceback.format_exc())
-
-
-def _release_memory() -> None:
-    """Give back to the system what the heaps of threads that ended keep, where the C library can (glibc)."""
-    with contextlib.suppress(AttributeError, OSError):
-        ctypes.CDLL(None).malloc_trim(0)

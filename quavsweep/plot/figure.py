@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from quavsweep.errors import ConfigError, DiskError
+from quavsweep.memory import release_memory
 from quavsweep.plot.cell import make_cell_figure
 from quavsweep.plot.colour import Limits
 from quavsweep.plot.comparison import compare
@@ -112,7 +113,9 @@ def draw(
         If the file cannot be written.
     """
     path = _validate_path(path)
-    return _write(make_figure(results, variables=variables, limits=limits, overlays=overlays), path)
+    figure = make_figure(results, variables=variables, limits=limits, overlays=overlays)
+    release_memory()  # a map is made of arrays as large as the grid, and saved with others
+    return _write(figure, path)
 
 
 def picture(result: Result) -> bytes:
