@@ -8,10 +8,12 @@ import sympy as sp
 
 from quavsweep.analysis.certificate import Shape, attracted, examine
 from quavsweep.analysis.equilibrium import eigensystem, newton, solve, vector_field
+from quavsweep.analysis.event import step
 from quavsweep.analysis.interval import Interval
 from quavsweep.kernels.derive import derive
 from quavsweep.kernels.lookup import make_program
-from quavsweep.kernels.method import RK4
+from quavsweep.kernels.method import DP8, RK4, ButcherTable
+from quavsweep.kernels.program import Program
 from quavsweep.models import Model, Parameter, State, load_model
 
 DT = 0.02
@@ -45,39 +47,37 @@ def test_equilibria_and_eigenvalues_of_table_3(omega: float, point: tuple[float,
     np.testing.assert_allclose(spectrum[0].real, real, atol=6e-5)
 
 
+@pytest.mark.parametrize(("method", "dt", "least"), [(RK4, DT, 0.03), (DP8, 0.2, 0.01)])
 @pytest.mark.parametrize("omega", [60.0, 196.4, 480.0])
-def test_orbits_from_the_rim_of_a_certificate_fall_in(omega: float) -> None:
-    model = load_model("quadrotor_yaw")
-    program = make_program(model)
+def test_orbits_from_the_rim_of_a_certificate_fall_in(
+    omega: float, method: ButcherTable, dt: float, least: float
+) -> None:
+    program = make_program(load_model("quadrotor_yaw"))
     coefficients, point = _yaw(omega)
     jacobian = vector_field(program, point, coefficients)[1]
     spectrum, vectors = eigensystem(jacobian)
     shape = Shape.around(jacobian, spectrum, vectors)
-    level = _largest_level(program, shape, point, coefficients)
-    assert level > 0.01
+    level = _largest_level(program, method, dt, shape, point, coefficients)
+    assert level > least
     directions = np.random.default_rng(4).normal(size=(20, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
-    p = [omega if name == "Omega1" else value for name, value in model.defaults.items()]
-    for y in level * directions:
-        u = point[0] + shape.to_x[0] @ y
-        before = np.linalg.norm(y)
-        for _ in range(50):
-            for _ in range(20):
-                k1 = np.array(model.rhs(*u, *p))
-                k2 = np.array(model.rhs(*(u + DT / 2 * k1), *p))
-                k3 = np.array(model.rhs(*(u + DT / 2 * k2), *p))
-                k4 = np.array(model.rhs(*(u + DT * k3), *p))
-                u = u + DT / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-            after = np.linalg.norm(shape.to_y[0] @ (u - point[0]))
-            assert after < before
-            before = after
+    u = (point + level * directions @ shape.to_x[0].T).T
+    before = np.full(20, level)
+    for _ in range(50):
+        for _ in range(round(20 * DT / dt)):
+            u = step(program, method, np.full(20, dt), u, np.repeat(coefficients, 20, axis=1))
+        after = np.linalg.norm((u.T - point) @ shape.to_y[0].T, axis=1)
+        assert (after < before).all()
+        before = after
 
 
-def _largest_level(program: object, shape: Shape, point: np.ndarray, coefficients: np.ndarray) -> float:
+def _largest_level(
+    program: Program, method: ButcherTable, dt: float, shape: Shape, point: np.ndarray, coefficients: np.ndarray
+) -> float:
     low, high = 1e-9, 1e3
     for _ in range(60):
         middle = np.sqrt(low * high)
-        good = shape.decreases(program, RK4, DT, point, coefficients, np.array([middle]))[0]  # type: ignore[arg-type]
+        good = shape.decreases(program, method, dt, point, coefficients, np.array([middle]))[0]
         low, high = (middle, high) if good else (low, middle)
     return low
 
