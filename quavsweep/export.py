@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
@@ -13,7 +13,7 @@ import numpy as np
 from quavsweep.errors import ConfigError
 from quavsweep.nearest import nearest
 from quavsweep.result import Result
-from quavsweep.store import Stored, write_copy
+from quavsweep.store import Part, block_cells, write_copy
 
 
 def write_csv(result: Result, names: Sequence[str], stream: IO[str]) -> None:
@@ -27,13 +27,14 @@ def write_csv(result: Result, names: Sequence[str], stream: IO[str]) -> None:
         If a variable does not exist or has more than one dimension beyond the axes.
     """
     table = csv.writer(stream, lineterminator="\n")
-    columns = [column for name in names for column in _columns(result, name)]
-    table.writerow([*(axis.name for axis in result.sweep.grid.axes), *(name for name, _ in columns)])
+    headers = [header for name in names for header in _headers(result, name)]
     grid = result.sweep.grid
-    for block in grid.blocks(8192):
+    table.writerow([*(axis.name for axis in grid.axes), *headers])
+    for block in grid.blocks(block_cells(result.sweep.cell_bytes)):
         start, stop = grid.span(block)
         axes = [_texts(values) for values in grid.coordinates(start, stop).values()]
-        table.writerows(zip(*axes, *(_texts(values[start:stop]) for _, values in columns), strict=True))
+        columns = [_texts(column) for name in names for column in _columns(result, name, block, stop - start)]
+        table.writerows(zip(*axes, *columns, strict=True))
 
 
 def write_netcdf(result: Result, names: Sequence[str], path: Path) -> None:
@@ -50,15 +51,7 @@ def write_netcdf(result: Result, names: Sequence[str], path: Path) -> None:
         _check(result, name)
     stored = result.stored
     kept = {*names, *(dim for name in names for dim in stored.dims[name])}
-    write_copy(
-        Stored(
-            {name: stored.data[name] for name in kept},
-            {name: stored.dims[name] for name in kept},
-            {name: stored.attributes[name] for name in kept},
-            stored.file_attributes,
-        ),
-        path,
-    )
+    write_copy(stored, kept, path)
 
 
 def _check(result: Result, name: str) -> None:
@@ -67,20 +60,20 @@ def _check(result: Result, name: str) -> None:
         raise ConfigError(what, possible=f"there are {', '.join(result.variables)}")
 
 
-def _columns(result: Result, name: str) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the name and the values, (cells,), of each component of a variable."""
+def _headers(result: Result, name: str) -> list[str]:
+    """Return the names of the components of a variable."""
     _check(result, name)
-    size, dims = result.sweep.grid.size, result.stored.dims[name]
-    extra = dims[len(result.sweep.grid.axes) :]
-    values = result[name].reshape(size, -1)
-    if len(extra) > 1 or name in dims:
+    extra = result.stored.dims[name][len(result.sweep.grid.axes) :]
+    if len(extra) > 1 or name in result.stored.dims[name]:
         raise ConfigError(f"{name} is no table of one row per cell", possible="write it with --nc")
+    return [f"{name}_{label}" for label in result[extra[0]]] if extra else [name]
+
+
+def _columns(result: Result, name: str, block: Part, cells: int) -> list[np.ndarray]:
+    """Return the values, (cells,), of each component of a variable in a block."""
+    values = result.part(name, block).reshape(cells, -1)
     meanings = result.stored.attributes[name].get("flag_meanings")
-    if meanings is not None:
-        values = np.array(meanings.split())[values]
-    labels = [f"_{label}" for label in result[extra[0]]] if extra else [""]
-    for column, label in enumerate(labels):
-        yield f"{name}{label}", values[:, column]
+    return list((values if meanings is None else np.array(meanings.split())[values]).T)
 
 
 def _texts(values: np.ndarray) -> list[str]:

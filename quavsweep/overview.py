@@ -97,14 +97,14 @@ class Lookout:
         folder = self.folder
         sweep = load_sweep(folder.config)
         shards = self._shards(sweep)
-        status = None
+        finished, failed = False, 0
         with contextlib.suppress(FileNotFoundError, DamageError):
-            status = read_result(folder.result, ("region", "status"))
-        if status is not None:
-            failed = int((status.data["status"] == Status.FAILED).sum())
-            count = np.bincount(status.data["region"].ravel(), minlength=len(REGION))
-        else:
-            failed, count = 0, self._count(shards)
+            stored = read_result(folder.result)
+            failed = int((stored.data["status"] == Status.FAILED).sum())
+            count = np.bincount(stored.data["region"].ravel(), minlength=len(REGION))
+            finished = True
+        if not finished:
+            count = self._count(shards)
         return Overview(
             sweep=sweep,
             tiles=shards.tiles if shards else 0,
@@ -113,7 +113,7 @@ class Lookout:
             failed=failed,
             regions={code.name: int(n) for code, n in zip(REGION, count, strict=True) if n},
             looked_at=int(count.sum()),
-            result="" if status is None else str(folder.result),
+            result=str(folder.result) if finished else "",
             holder=folder.holder,
         )
 
@@ -135,7 +135,7 @@ class Lookout:
         """Return the cells per region in the shards, as far as they can be read in a short time."""
         if shards is None:
             return np.zeros(len(REGION), dtype=int)
-        from quavsweep.classify import classify  # what a finished run need not load
+        from quavsweep.classify import regions  # what a finished run need not load
         from quavsweep.tiling import spread
 
         deadline = time.monotonic() + LOOK_SECONDS
@@ -143,7 +143,7 @@ class Lookout:
             index, shard = tile.index, shards.shards[tile.index]
             if shard.sha256 not in self._counts:
                 with contextlib.suppress(DamageError, IdentityError):
-                    region = classify(shards.sweep, shards.read(index, {}))["region"]
+                    region = regions(shards.sweep, shards.read(index, {}))
                     self._counts[shard.sha256] = np.bincount(region, minlength=len(REGION))
             if time.monotonic() > deadline:
                 break

@@ -19,7 +19,7 @@ from quavsweep.kernels.compiler import default_lanes
 from quavsweep.measures import Evidence
 from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet, check_folder
-from quavsweep.tiling import LARGEST_TILE_BYTES, bytes_needed, choose_tile_cells
+from quavsweep.tiling import LARGEST_GROUP_BYTES, bytes_needed, choose_tile_cells
 
 SAMPLED_CELLS = 128  # of the grid, integrated to learn how long a cell takes
 SAMPLED_SECONDS = 4.0  # at most, by the cost model
@@ -106,7 +106,7 @@ def _sample(plan: Plan, stop: threading.Event) -> tuple[float, float]:
     sweep, lanes = plan.sweep, plan.layout.lanes
     cell_seconds = sweep.clock.steps * plan.step_ns * 1e-9
     wanted = int(min(SAMPLED_CELLS, max(lanes, SAMPLED_SECONDS / cell_seconds)))
-    few = Grid(_thinned(sweep.grid.axes, max(1, min(wanted, LARGEST_TILE_BYTES // sweep.cell_bytes))))
+    few = Grid(_thinned(sweep.grid.axes, max(1, min(wanted, LARGEST_GROUP_BYTES // sweep.cell_bytes))))
     cells = min(few.size, wanted)
     clock = _shortened(plan, max(cells, lanes), SAMPLED_SECONDS)
     _integrated(plan, few, 1, _shortened(plan, lanes, 0.1), stop)  # what is loaded once is no cost of a cell

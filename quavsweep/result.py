@@ -15,8 +15,8 @@ from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Grid
 from quavsweep.provenance import identify
-from quavsweep.store import RunFolder, ShardSet, Stored, looks_published, read_result
-from quavsweep.store.outcome import outcome_in_memory
+from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, looks_published, read_result
+from quavsweep.store.outcome import outcome_so_far
 
 if TYPE_CHECKING:
     import xarray
@@ -31,7 +31,7 @@ class Result:
     sweep : Sweep
         What was asked for. Its name is not stored in result files; it is that of the folder's config, if there is one.
     stored : Stored
-        Arrays, dimensions and attributes by variable.
+        Arrays, dimensions and attributes by variable. Those of a file are read when they are first asked for.
     fixed : tuple of str
         Axes that were left out by `at`; their values are among the sweep's parameters and initial states.
     """
@@ -45,6 +45,10 @@ class Result:
         if name not in self.stored.data:
             raise KeyError(f"there is no {name}; there are {', '.join(self.stored.data)}")
         return self.stored.data[name]
+
+    def part(self, name: str, part: Part) -> np.ndarray:
+        """Return a part of a variable, by slices of the leading axes; no more of a file is read than it needs."""
+        return self.stored.part(name, part)
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self.stored.data)
@@ -94,16 +98,19 @@ class Result:
             if not along.min() <= value <= along.max():
                 raise ConfigError(f"{name} has no value {value:g}", possible=f"{along.min():g} to {along.max():g}")
             index[name] = int(np.argmin(np.abs(along - value)))
-        data, dims = {}, {}
-        for variable, array in self.stored.data.items():
-            if variable not in index:
-                picked = tuple(index.get(dim, slice(None)) for dim in self.stored.dims[variable])
-                data[variable] = np.asarray(array[picked])
-                dims[variable] = tuple(dim for dim in self.stored.dims[variable] if dim not in index)
+        whole = self.stored
+
+        def read(variable: str, part: Part) -> np.ndarray:
+            rest = iter(part)
+            where = (index[dim] if dim in index else next(rest, slice(None)) for dim in whole.dims[variable])
+            return np.asarray(whole.part(variable, tuple(where)))
+
+        dims = {v: tuple(d for d in of if d not in index) for v, of in whole.dims.items() if v not in index}
+        data = Variables(tuple(dims), read)
         axes = tuple(axis for axis in self.sweep.grid.axes if axis.name not in index)
         chosen = {n: float(self.sweep.grid.axes[names.index(n)].values[i]) for n, i in index.items()}
         sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *index)
-        return Result(sweep, Stored(data, dims, self.stored.attributes, self.stored.file_attributes), fixed)
+        return Result(sweep, Stored(data, dims, whole.attributes, whole.file_attributes), fixed)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the result as an xarray Dataset (needs the extra `xarray`)."""
@@ -137,7 +144,7 @@ def open_result(path: Path | str) -> Result:
     folder.must_exist()
     sweep = load_sweep(folder.config)
     identity = folder.present_identity(identify(sweep))
-    return Result(sweep, outcome_in_memory(ShardSet.scan(folder, sweep, identity)))
+    return Result(sweep, outcome_so_far(ShardSet.scan(folder, sweep, identity)))
 
 
 def _from_file(path: Path) -> Result:

@@ -11,6 +11,7 @@ from quavsweep.grid import Tile
 from quavsweep.integrate import cell_values
 from quavsweep.kernels.lookup import make_program
 from quavsweep.result import Result
+from quavsweep.store import block_cells
 
 
 @dataclass(frozen=True)
@@ -52,16 +53,19 @@ def _worst_sum(result: Result) -> float | None:
     model = result.sweep.model
     if result.sweep.measures.trace:
         return None  # the last exponent was made of the sum
-    if "lyapunov_raw" not in result or result["lyapunov_raw"].shape[-1] < len(model.states):
+    if "lyapunov_raw" not in result or len(result["exponent"]) < len(model.states):
         return None
-    sums = result["lyapunov_raw"].sum(axis=-1).ravel()
     program = make_program(model)
-    parameters, u = cell_values(result.sweep, Tile(0, 0, result.sweep.grid.size))
-    coefficients = program.coefficient_values(parameters)
     diagonal = [row[i] for i, row in enumerate(program.jacobian)]
-    # A state that is not a number shows in whatever depends on it.
-    divergence = sum(program.evaluate(diagonal, program.names(np.full_like(u.T, np.nan), coefficients)))
-    known = np.isfinite(sums)
-    if not known.any() or not np.isfinite(divergence).all():
-        return None
-    return float(np.abs(sums - divergence)[known].max())
+    grid, worst, known = result.sweep.grid, 0.0, False
+    for block in grid.blocks(block_cells(result.sweep.cell_bytes)):
+        sums = result.part("lyapunov_raw", block).sum(axis=-1).ravel()
+        parameters, u = cell_values(result.sweep, Tile(0, *grid.span(block)))
+        # A state that is not a number shows in whatever depends on it.
+        names = program.names(np.full_like(u.T, np.nan), program.coefficient_values(parameters))
+        divergence = sum(program.evaluate(diagonal, names))
+        if not np.isfinite(divergence).all():
+            return None
+        errors = np.abs(sums - divergence)[np.isfinite(sums)]
+        worst, known = float(errors.max(initial=worst)), known or errors.size > 0
+    return worst if known else None

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from quavsweep.classify import classify
+from quavsweep.classify import classify, regions
 from quavsweep.codes import REGION, Status
 from quavsweep.config import Sweep, dump_config, load_sweep
 from quavsweep.errors import ConfigError, DamageError, DiskError, StoppedError, TilesFailedError
@@ -195,13 +195,12 @@ def _complete(
     def work(tile: Tile) -> Done:
         evidence = integrate_tile(plan, tile, stop.is_set)
         shard = write_shard(shards.folder, tile, shards.tile_cells, plan.variables, evidence, shards.identity)
-        classified, steps = classify(plan.sweep, evidence), int(evidence["steps"].sum())
-        regions = np.bincount(classified["region"], minlength=len(REGION))
+        count, steps = np.bincount(regions(plan.sweep, evidence), minlength=len(REGION)), int(evidence["steps"].sum())
         error = None
-        if not checked.is_set() and (regular := regular_cells(classified)).any():
+        if not checked.is_set() and (regular := regular_cells(classify(plan.sweep, evidence))).any():
             checked.set()
             error = check_step(plan, tile, regular, steps / len(tile) * progress.cells, stop.is_set)
-        return Done(shard, steps, regions, error)
+        return Done(shard, steps, count, error)
 
     failed = {}
     try:

@@ -14,19 +14,20 @@ from quavsweep.integrate import Plan
 
 TILE_SECONDS = 4.0  # estimated time of a tile: what a kill can lose, against overhead (2 s: 6.5 %, 4 s: 4 %)
 FEWEST_TILES = 32  # so that workers end together
+LANES = 16  # in a group: fewer cells take as long
 TILE_MULTIPLE = 32  # whole groups of lanes
 LARGEST_TILE = 65536
-LARGEST_TILE_BYTES = 2**27  # of evidence
+LARGEST_TILE_BYTES = 2**24  # of evidence; a worker holds a few times as much
+LARGEST_GROUP_BYTES = 2**27  # where a single group of lanes has more than that
 
 
 def choose_tile_cells(plan: Plan) -> int:
     """Return the number of cells per tile from a static cost model, the same on every machine."""
     cell_seconds = plan.clock.steps * plan.step_ns * 1e-9
-    size = plan.sweep.grid.size
-    wanted = min(
-        TILE_SECONDS / cell_seconds, size / FEWEST_TILES, LARGEST_TILE, LARGEST_TILE_BYTES / plan.sweep.cell_bytes
-    )
-    multiple = TILE_MULTIPLE if wanted >= TILE_MULTIPLE or plan.sweep.cell_bytes < 2**20 else 1
+    size, cell_bytes = plan.sweep.grid.size, plan.sweep.cell_bytes
+    room = max(LARGEST_TILE_BYTES / cell_bytes, min(LANES, LARGEST_GROUP_BYTES / cell_bytes))
+    wanted = min(TILE_SECONDS / cell_seconds, size / FEWEST_TILES, LARGEST_TILE, room)
+    multiple = TILE_MULTIPLE if wanted >= TILE_MULTIPLE or cell_bytes < 2**20 else 1
     return max(1, round(wanted / multiple)) * multiple
 
 

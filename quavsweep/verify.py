@@ -8,7 +8,7 @@ from pathlib import Path
 from quavsweep.config import load_sweep
 from quavsweep.errors import DamageError
 from quavsweep.provenance import identify
-from quavsweep.store import RunFolder, ShardSet, read_result
+from quavsweep.store import RunFolder, ShardSet, check_result
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def verify_folder(path: Path) -> Verdict:
     has_result = folder.result.exists()
     if has_result:
         try:
-            stored = read_result(folder.result).file_attributes
+            stored = check_result(folder.result).file_attributes
             if (stored["evidence_id"], stored["toolchain_id"]) != (identity.evidence, identity.toolchain):
                 damaged.append(f"{folder.result}: is the result of another sweep, engine or toolchain")
         except DamageError as error:

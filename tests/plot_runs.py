@@ -33,7 +33,7 @@ def run(text: str, name: str = "result") -> Result:
 
 def changed(result: Result, **data: np.ndarray) -> Result:
     """Return a result with other numbers."""
-    stored = dataclasses.replace(result.stored, data=result.stored.data | data)
+    stored = dataclasses.replace(result.stored, data={**result.stored.data, **data})
     return dataclasses.replace(result, stored=stored)
 
 

@@ -69,7 +69,7 @@ def test_cells_that_are_not_computed_are_hatched(result: Result) -> None:
     region = result["region"].copy()
     region[3:5] = Region.NONE
     unfinished = Result(
-        result.sweep, Stored(result.stored.data | {"region": region}, *list(vars(result.stored).values())[1:])
+        result.sweep, Stored({**result.stored.data, "region": region}, *list(vars(result.stored).values())[1:])
     )
     figure = make_figure(unfinished)
     assert figure.axes[0].patch.get_hatch()
@@ -160,7 +160,7 @@ def test_cells_of_unsorted_axes_lie_at_their_values(tmp_path: Path, make_sweep: 
 def test_cells_without_an_exponent_are_not_neutral(result: Result) -> None:
     values = result["lyapunov"].copy()
     values[0, 0] = np.nan
-    data = result.stored.data | {"lyapunov": values}
+    data = {**result.stored.data, "lyapunov": values}
     figure = make_figure(Result(result.sweep, Stored(data, *list(vars(result.stored).values())[1:])))
     void, largest = (c for c in figure.axes[1].collections if isinstance(c, QuadMesh))
     assert np.ma.getmaskarray(largest.get_array()).sum() == 1
@@ -172,7 +172,7 @@ def test_a_line_is_hatched_where_nothing_is_computed(tmp_path: Path, make_sweep:
     region = line["region"].copy()
     region[10:13] = Region.NONE
     unfinished = Result(
-        line.sweep, Stored(line.stored.data | {"region": region}, *list(vars(line.stored).values())[1:])
+        line.sweep, Stored({**line.stored.data, "region": region}, *list(vars(line.stored).values())[1:])
     )
     axes = make_figure(unfinished).axes[0]
     assert sum(patch.get_hatch() is not None for patch in axes.patches) == 3

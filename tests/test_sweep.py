@@ -19,12 +19,14 @@ import quavsweep.sweep
 from quavsweep.codes import Region, Status
 from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import DiskError, IdentityError, StoppedError, TilesFailedError
+from quavsweep.executor import run_tiles
 from quavsweep.grid import Tile
-from quavsweep.integrate import Plan, integrate_tile
+from quavsweep.integrate import Plan, integrate_tile, make_plan
 from quavsweep.measures import Evidence
 from quavsweep.result import open_result
 from quavsweep.store import RunFolder
 from quavsweep.sweep import Progress, run_sweep
+from quavsweep.tiling import choose_tile_cells
 from tests.conftest import LORENZ, YAW
 
 THUMBNAIL = (
@@ -255,3 +257,27 @@ def test_a_run_that_cannot_fit_on_the_disk_is_refused(tmp_path: Path, monkeypatc
     monkeypatch.setattr(RunFolder, "free_bytes", 1000)
     with pytest.raises(DiskError, match=r"the shards need 6\.\d+e\+04 bytes, 1e\+03 are free"):
         run_sweep(parse_sweep(YAW), tmp_path)
+
+
+def test_many_tiles_begin_at_once() -> None:
+    begin, done = time.monotonic(), set()
+    for receipt in run_tiles(lambda tile: tile.index, [Tile(i, i, i + 1) for i in range(20_000)], 2):
+        done.add(receipt.outcome)
+    assert len(done) == 20_000
+    assert time.monotonic() - begin < 10
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("num: 5}", "num: 200000}"),
+        ("transient: 200, duration: 600", "transient: 0.5, duration: 31.5"),
+        ("block: 25}", "block: 25}, orbit: {every: 0.02}"),
+    ],
+    ids=["many cells", "short cells", "large cells"],
+)
+def test_the_evidence_of_a_tile_is_bounded(change: tuple[str, str]) -> None:
+    sweep = parse_sweep(YAW.replace(*change))
+    cells = choose_tile_cells(make_plan(sweep, 16))
+    assert 1 <= cells <= 65536
+    assert cells * sweep.cell_bytes <= 2**25

@@ -116,7 +116,7 @@ def _different(single: Point, path: Path) -> list[str]:
     from quavsweep.result import open_result
 
     result = open_result(path)
-    stored = {name: np.asarray(result[name][single.indices]) for name in single.values}
+    stored = {name: np.asarray(result.part(name, single.indices or ())) for name in single.values}
     if int(stored["status"]) in (Status.NOT_COMPUTED, Status.FAILED):
         return ["all of it (the cell is not computed there)"]
     return [name for name, value in single.values.items() if np.asarray(value).tobytes() != stored[name].tobytes()]

@@ -8,6 +8,7 @@ import inspect
 import textwrap
 import threading
 from collections.abc import Callable
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,12 @@ def syntax_digest(code: str | Callable[..., Any]) -> str:
         text = Path(spec.origin).read_text(encoding="utf-8")
     else:
         text = textwrap.dedent(inspect.getsource(code))
+    return _tree_digest(text)
+
+
+@cache
+def _tree_digest(text: str) -> str:
+    """Return the SHA-256 of the syntax tree of a source text; a run asks for those of most modules twice."""
     with _PARSING:
         tree = ast.parse(text)
     for node in ast.walk(tree):

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from quavsweep.codes import Region, Status
 from quavsweep.errors import ConfigError
 from quavsweep.nearest import nearest
@@ -47,7 +49,8 @@ class Catalogue:
     ----------
     result : Result
     samples : bool
-        Whether the samples of a cell are drawn together, so that their dimension does not count components.
+        Whether they are drawn along a line: the samples of a cell together, so that their dimension does not count
+        components, and numbers with their errors.
     """
 
     result: Result
@@ -101,8 +104,7 @@ class Catalogue:
 
     def _fits(self, variable: str) -> bool:
         dims, axes = self.result.stored.dims[variable], tuple(axis.name for axis in self.result.sweep.grid.axes)
-        numeric = variable not in dims and self.result[variable].dtype.kind in "iuf"
-        return numeric and dims[: len(axes)] == axes and len(self._own_dims(variable)) <= 1
+        return variable not in dims and dims[: len(axes)] == axes and len(self._own_dims(variable)) <= 1
 
     def _keys(self, variable: str) -> list[str]:
         """Return the names of a variable's components, none if it has only one number."""
@@ -118,18 +120,23 @@ class Catalogue:
         """Return one component of a variable."""
         result, keys = self.result, self._keys(variable)
         text, part = self._words(variable, keys[index] if keys else "")
-        errors = result["lyapunov_se"] if variable == "lyapunov" and "lyapunov_se" in result else None
+        with_error = self.samples and variable == "lyapunov" and "lyapunov_se" in result
         return Quantity(
             name=f"{variable}.{keys[index]}" if keys else variable,
-            values=result[variable][..., index] if keys else result[variable],
+            values=self._values(variable, index) if keys else result[variable],
             text=text,
             unit=self._unit(variable, index),
             part=part,
             todo=result["status"] == Status.NOT_COMPUTED if variable == "status" else result["region"] == Region.NONE,
             codes=codes_of(result, variable),
             rate=variable in RATES,
-            error=None if errors is None else errors[..., index],
+            error=self._values("lyapunov_se", index) if with_error else None,
         )
+
+    def _values(self, variable: str, index: int) -> np.ndarray:
+        """Return the values of one component; the others are not read."""
+        others = (slice(None),) * (len(self.result.stored.dims[variable]) - 1)
+        return self.result.part(variable, (*others, index))
 
     def _words(self, variable: str, key: str) -> tuple[str, str]:
         """Return what a component is, and what it is called among the others."""

@@ -58,6 +58,8 @@ class Quantity:
     @property
     def void(self) -> np.ndarray:
         """Computed cells that have no number, (axes...) bool."""
+        if self.values.dtype.kind in "iu":
+            return np.zeros_like(self.todo)
         empty = np.isnan(self.shown)
         return np.asarray(~self.todo & (empty.all(axis=-1) if self.sampled else empty))
 

@@ -5,17 +5,23 @@
 
 from quavsweep.store.admission import check_folder
 from quavsweep.store.folder import RunFolder
-from quavsweep.store.netcdf import Stored, read_result, write_copy
+from quavsweep.store.netcdf import block_cells, write_copy
 from quavsweep.store.publish import looks_published
+from quavsweep.store.sealed_file import check_result, read_result
 from quavsweep.store.shard import Shard, write_shard
 from quavsweep.store.shard_set import ShardSet
+from quavsweep.store.stored import Part, Stored, Variables
 
 __all__ = [
+    "Part",
     "RunFolder",
     "Shard",
     "ShardSet",
     "Stored",
+    "Variables",
+    "block_cells",
     "check_folder",
+    "check_result",
     "looks_published",
     "read_result",
     "write_copy",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,16 +12,15 @@ from typing import Any
 import h5py
 import numpy as np
 
-from quavsweep.errors import DamageError, DiskError
 from quavsweep.grid import Grid
 from quavsweep.measures import Variable
-from quavsweep.store.publish import is_sealed, publish_hdf5
+from quavsweep.store.publish import publish_hdf5
+from quavsweep.store.stored import Part, Stored
 
 BLOCK_CELLS = 8192  # cells that are classified, compressed and read at once, at most
 BLOCK_BYTES = 2**26  # of their evidence, about
 _STRUCTURE = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "_Netcdf4Dimid", "_NCProperties")
-_DIGEST = "content_sha256"
-REBUILD = "run the sweep again to rebuild it"
+DIGEST = "content_sha256"
 
 
 @dataclass(frozen=True)
@@ -31,16 +30,6 @@ class Coordinate:
     name: str
     values: np.ndarray
     attributes: Mapping[str, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Stored:
-    """A result file in memory: arrays, dimensions and attributes by variable, and the attributes of the file."""
-
-    data: dict[str, np.ndarray]
-    dims: dict[str, tuple[str, ...]]
-    attributes: dict[str, dict[str, Any]]
-    file_attributes: dict[str, Any]
 
 
 def block_cells(cell_bytes: int) -> int:
@@ -102,13 +91,13 @@ def write_result(
                 file[variable.name][block] = array.reshape(shape)
                 digests[variable.name].update(array.data)
         _set_attributes(file, attributes)
-        _set_attributes(file, {_DIGEST: _content_digest(file, {n: d.hexdigest() for n, d in digests.items()})})
+        _set_attributes(file, {DIGEST: content_digest(file, {n: d.hexdigest() for n, d in digests.items()})})
 
     publish_hdf5(lambda sha256, size: path, write, in_memory=False)
 
 
-def write_copy(stored: Stored, path: Path) -> None:
-    """Publish a file of variables that are in memory, netCDF-4 compatible.
+def write_copy(stored: Stored, names: Iterable[str], path: Path) -> None:
+    """Publish a file of some variables, netCDF-4 compatible, with one of them in memory at a time.
 
     Raises
     ------
@@ -117,19 +106,18 @@ def write_copy(stored: Stored, path: Path) -> None:
     """
 
     def write(file: h5py.File) -> None:
-        scales = [name for name, dims in stored.dims.items() if dims == (name,)]
-        for name in sorted(stored.data, key=lambda name: name not in scales):
-            values, dims = stored.data[name], stored.dims[name]
+        for name in sorted(names, key=lambda name: (stored.dims[name] != (name,), name)):  # coordinates first
+            values, dims = stored.part(name, ()), stored.dims[name]
             kind = h5py.string_dtype() if values.dtype.kind == "O" else values.dtype
             options = {"compression": "gzip", "shuffle": True} if values.ndim else {}
             dataset = file.create_dataset(name, data=values, dtype=kind, **options)
-            if name in scales:
+            if dims == (name,):
                 dataset.make_scale(name)
             else:
                 for i, dim in enumerate(dims):
                     dataset.dims[i].attach_scale(file[dim])
             _set_attributes(dataset, stored.attributes[name])
-        kept = {key: value for key, value in stored.file_attributes.items() if key != _DIGEST}
+        kept = {key: value for key, value in stored.file_attributes.items() if key != DIGEST}
         _set_attributes(file, kept)
 
     publish_hdf5(lambda sha256, size: path, write, in_memory=False)
@@ -160,7 +148,7 @@ def _set_attributes(target: h5py.HLObject, attributes: Mapping[str, Any]) -> Non
         target.attrs[key] = np.bytes_(value.encode("utf-8")) if isinstance(value, str) else value
 
 
-def _attributes(target: h5py.HLObject) -> dict[str, Any]:
+def attributes_of(target: h5py.HLObject) -> dict[str, Any]:
     """Return an object's attributes, texts as str, without those that HDF5 and netCDF keep for themselves."""
     found = {}
     for key in sorted(target.attrs):
@@ -170,66 +158,42 @@ def _attributes(target: h5py.HLObject) -> dict[str, Any]:
     return found
 
 
-def _content_digest(file: h5py.File, digests: dict[str, str]) -> str:
-    """Return the SHA-256 over names, types, shapes, dimensions, attributes and the digests of the data."""
+def content_digest(file: h5py.File, digests: Mapping[str, str] | None = None) -> str:
+    """Return the SHA-256 over names, types, shapes, dimensions, attributes and data.
+
+    Parameters
+    ----------
+    digests : mapping
+        Those of the data of some variables, if they are known already.
+    """
     content: list[Any] = []
     for name in sorted(file):
         dataset = file[name]
-        data = digests.get(name) or hashlib.sha256(_bytes(_values(dataset))).hexdigest()
-        listed = {key: np.asarray(value).tolist() for key, value in _attributes(dataset).items()}
-        content.append([name, dataset.dtype.str, dataset.shape, _dims(file, name), listed, data])
-    top = {key: np.asarray(value).tolist() for key, value in _attributes(file).items() if key != _DIGEST}
+        data = (digests or {}).get(name) or _data_digest(dataset)
+        listed = {key: np.asarray(value).tolist() for key, value in attributes_of(dataset).items()}
+        content.append([name, dataset.dtype.str, dataset.shape, dims_of(file, name), listed, data])
+    top = {key: np.asarray(value).tolist() for key, value in attributes_of(file).items() if key != DIGEST}
     return hashlib.sha256(json.dumps([content, top], sort_keys=True).encode()).hexdigest()
 
 
-def _values(dataset: h5py.Dataset) -> np.ndarray:
-    """Return a dataset in memory, texts as str."""
-    return np.asarray(dataset.asstr()[()] if dataset.dtype.kind == "O" else dataset[()])
+def _data_digest(dataset: h5py.Dataset) -> str:
+    """Return the SHA-256 of a dataset's values in C order, reading no more than a chunk at a time."""
+    digest = hashlib.sha256()
+    for part in dataset.iter_chunks() if dataset.chunks else [()]:
+        values = read_values(dataset, part)
+        texts = values.dtype.kind == "O"
+        digest.update(json.dumps(list(values.ravel())).encode() if texts else np.ascontiguousarray(values).data)
+    return digest.hexdigest()
 
 
-def _bytes(values: np.ndarray) -> bytes:
-    if values.dtype.kind == "O":
-        return json.dumps(list(values.ravel())).encode()
-    return values.tobytes()
+def read_values(dataset: h5py.Dataset, part: Part = ()) -> np.ndarray:
+    """Return a dataset, or a part of it, in memory, texts as str."""
+    return np.asarray(dataset.asstr()[part] if dataset.dtype.kind == "O" else dataset[part])
 
 
-def _dims(file: h5py.File, name: str) -> tuple[str, ...]:
+def dims_of(file: h5py.File, name: str) -> tuple[str, ...]:
+    """Return the names of the dimensions of a dataset."""
     dataset = file[name]
     if dataset.is_scale:
         return (name,)
     return tuple(dim[0].name.lstrip("/") for dim in dataset.dims)
-
-
-def read_result(path: Path, names: Container[str] | None = None) -> Stored:
-    """Return a result file's content, or only the variables of these names, after the file has been verified.
-
-    Raises
-    ------
-    DamageError
-        If its content is not what was written.
-    DiskError
-        If it may not be read.
-    """
-    try:
-        if not is_sealed(path):
-            raise DamageError("its bytes are not those that were written", str(path), REBUILD)
-        with h5py.File(path, "r") as file:
-            wanted = [name for name in sorted(file) if names is None or name in names]
-            stored = Stored(
-                data={name: _values(file[name]) for name in wanted},
-                dims={name: _dims(file, name) for name in wanted},
-                attributes={name: _attributes(file[name]) for name in wanted},
-                file_attributes=_attributes(file),
-            )
-            digests = {name: hashlib.sha256(_bytes(values)).hexdigest() for name, values in stored.data.items()}
-            # The seal covers every byte; the digest of the content is checked where all of it is read anyway.
-            good = names is not None or stored.file_attributes.get(_DIGEST) == _content_digest(file, digests)
-    except FileNotFoundError:
-        raise
-    except PermissionError as error:
-        raise DiskError(f"cannot be read: {error.strerror}", str(path)) from error
-    except (OSError, KeyError, ValueError, RuntimeError, TypeError, AttributeError, IndexError) as error:
-        raise DamageError("cannot be read as a result file", str(path), REBUILD) from error
-    if not good:
-        raise DamageError("its content is not what was written", str(path), REBUILD)
-    return stored

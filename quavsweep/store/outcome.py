@@ -1,8 +1,9 @@
-"""From shards to a result: blocks of evidence are classified and described, into a file or into memory."""
+"""From shards to a result: blocks of evidence are classified, described and written."""
 
 from __future__ import annotations
 
 import json
+import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,11 @@ from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
 from quavsweep.measures import Variable
 from quavsweep.provenance import Identity
-from quavsweep.store.netcdf import Coordinate, Stored, block_cells, write_result
+from quavsweep.store.netcdf import Coordinate, block_cells, write_result
+from quavsweep.store.publish import TEMPORARY
+from quavsweep.store.sealed_file import read_result
 from quavsweep.store.shard_set import Block, ShardSet
+from quavsweep.store.stored import Stored
 
 
 def write_outcome(path: Path, shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool]) -> None:
@@ -43,29 +47,22 @@ def write_outcome(path: Path, shards: ShardSet, failed: Mapping[int, str], stopp
     )
 
 
-def outcome_in_memory(shards: ShardSet) -> Stored:
+def outcome_so_far(shards: ShardSet) -> Stored:
     """Return what the result file would hold if the missing tiles stayed missing.
+
+    It lies in a temporary file whose name is gone already, because it may be too large for the memory.
 
     Raises
     ------
     DamageError
         If a shard's content is not what was published.
+    DiskError
+        If there is no room for temporary files.
     """
-    sweep = shards.sweep
-    grid, variables, extents = sweep.grid, result_variables(sweep), sweep.extents
-    coordinates = _coordinates(sweep)
-    axes = tuple(axis.name for axis in grid.axes)
-    data = {v.name: np.empty(grid.shape + v.shape(0, extents)[1:], v.dtype) for v in variables}
-    for block, values in _classified(shards, {}, lambda: False):
-        shape = tuple(s.stop - s.start for s in block)
-        for name, array in data.items():
-            array[block] = values[name].reshape(shape + values[name].shape[1:])
-    return Stored(
-        data | {c.name: c.values for c in coordinates},
-        {v.name: (*axes, *v.dims) for v in variables} | {c.name: (c.name,) for c in coordinates},
-        {v.name: _attributes(sweep, v) for v in variables} | {c.name: dict(c.attributes) for c in coordinates},
-        _file(sweep, shards.identity),
-    )
+    with tempfile.TemporaryDirectory(prefix=TEMPORARY) as folder:
+        path = Path(folder) / "result.h5"
+        write_outcome(path, shards, {}, lambda: False)
+        return read_result(path)
 
 
 def _classified(

@@ -94,8 +94,8 @@ def publish_hdf5(name: Callable[[str, int], Path], write: Callable[[h5py.File], 
         memory = io.BytesIO()
         with h5py.File(memory, "w", libver=("v110", "v110")) as file:
             write(file)
-        data = memory.getvalue()
-        return publish_bytes(name(hashlib.sha256(data).hexdigest(), len(data)), data)
+        with memory.getbuffer() as data:
+            return publish_bytes(name(hashlib.sha256(data).hexdigest(), len(data)), data)
     with _new_file(folder) as (raw, temporary):
         patient = PatientFile(raw)
         with h5py.File(patient, "w", libver=("v110", "v110")) as file:
@@ -121,8 +121,8 @@ def looks_published(path: Path) -> bool:
         return begin == _HDF5 or file.read().startswith(_SEAL.partition(b"%")[0])
 
 
-def is_sealed(path: Path) -> bool:
-    """Whether a file ends with a seal that fits all bytes before it.
+def is_sealed(file: IO[bytes]) -> bool:
+    """Whether an open file ends with a seal that fits all bytes before it.
 
     HDF5 does not look beyond the end that its superblock names, so a seal does not disturb other readers; and it is
     checked before HDF5 sees the file, so that damage to structure is seen too and never parsed.
@@ -132,20 +132,18 @@ def is_sealed(path: Path) -> bool:
     OSError
         If the file cannot be read.
     """
-    length = len(_SEAL % bytes(64))
-    with path.open("rb") as file:
-        left = file.seek(0, os.SEEK_END) - length
-        if left < 0:
-            return False
-        file.seek(0)
-        digest = hashlib.sha256()
-        while left and (data := file.read(min(left, 2**20))):
-            digest.update(data)
-            left -= len(data)
-        return file.read() == _SEAL % digest.hexdigest().encode()
+    left = file.seek(0, os.SEEK_END) - len(_SEAL % bytes(64))
+    if left < 0:
+        return False
+    file.seek(0)
+    digest = hashlib.sha256()
+    while left and (data := file.read(min(left, 2**20))):
+        digest.update(data)
+        left -= len(data)
+    return file.read(len(_SEAL % bytes(64)) + 1) == _SEAL % digest.hexdigest().encode()
 
 
-def publish_bytes(path: Path, data: bytes) -> Path:
+def publish_bytes(path: Path, data: bytes | memoryview) -> Path:
     """Write a small file whole or not at all.
 
     Raises

@@ -132,4 +132,5 @@ class ShardSet:
                 offset = index * self.tile_cells
                 inside = slice(max(start - offset, 0), stop - offset)
                 parts.append({name: values[inside] for name, values in evidence.items()})
-            yield block, {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+            whole = len(parts) == 1
+            yield block, parts[0] if whole else {n: np.concatenate([part[n] for part in parts]) for n in parts[0]}
