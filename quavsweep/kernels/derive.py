@@ -219,10 +219,12 @@ class _Writer:
     def _power(self, expression: sp.Expr) -> Ref:
         base, power = expression.args
         if not (2 * power).is_Integer or abs(power) > LARGEST_POWER:
+            # Not by exp and log unasked: the error in ulp would be the size of power * log(base).
+            other = "" if power.is_number else "; exp(power * log(base)) does it less accurately"
             raise ModelError(
                 f"the power {power} cannot be compiled",
                 self.where,
-                f"multiples of 1/2 up to {LARGEST_POWER} can; others are exp and log, whose errors grow with the power",
+                f"multiples of 1/2 up to {LARGEST_POWER} can{other}",
             )
         if power < 0:
             return self._operation("div", 1.0, self._ref(base**-power))

@@ -9,9 +9,8 @@ from typing import Any
 from quavsweep.kernels.formula import FUNCTIONS
 from quavsweep.kernels.program import Assignment, Program, Ref
 
-# Operations that only lowered programs have, on whole numbers except `bits`; see `formula.Algebra`.
+# Operations on whole numbers, which only lowered programs have, besides `bits`, `real` and `select_equal`.
 WHOLE = {"and": "&", "xor": "^", "left": "<<", "right": ">>"}
-LOWERED = ("select_equal", "bits", "real", *WHOLE)
 
 
 def lower(program: Program) -> Program:
