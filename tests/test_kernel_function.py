@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
+from benchmarks.assembly import kinds, printed_loop
 from quavsweep.integrate import generic_frame
-from quavsweep.kernels.compiler import assembly, make_advance
+from quavsweep.kernels.compiler import make_advance
 from quavsweep.kernels.derive import derive
 from quavsweep.kernels.formula import HALF_PI
 from quavsweep.kernels.layout import Layout
@@ -22,7 +21,6 @@ from quavsweep.kernels.program import Program
 from quavsweep.models import Model, load_model
 from tests import twin
 from tests.function_models import CHUA, MODELS, PENDULUM, RECTIFIER, STAGES
-from tests.test_kernel import _ARITHMETIC, _compile_afresh, _hottest_loop
 
 EPS = np.finfo(float).eps
 DT = 0.01
@@ -129,15 +127,14 @@ def test_both_forms_of_a_step_compute_the_same() -> None:
 
 @pytest.mark.parametrize("vectors", [0, 2])
 @pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
-def test_the_step_is_vectorised(model: Model, vectors: int, tmp_path: Path) -> None:
+def test_the_step_is_vectorised(model: Model, vectors: int) -> None:
     """And its operations are about those that the cost model counts."""
     program = derive(model)
     layout = Layout(len(model.states), vectors, len(program.coefficients))
-    text = assembly(_compile_afresh(print_kernel(program, RK4, layout), tmp_path).advance)
-    body = _hottest_loop(text)
-    kinds = Counter(match[1] for match in (_ARITHMETIC.match(name) for name, _ in body) if match)
-    assert kinds["pd"] > 40
-    assert not kinds["sd"]
+    body = printed_loop(print_kernel(program, RK4, layout))
+    counts = kinds(body)
+    assert counts["pd"] > 40
+    assert not counts["sd"]
     assert not [name for name, _ in body if name.startswith(("call", "vcvt", "vpextr", "vpinsr"))]
     instructions = sum(name.startswith("v") and not name.startswith(("vmov", "vbroadcast")) for name, _ in body)
     assert 0.6 <= step_operations(program, RK4, layout) / instructions <= 1.6
