@@ -21,7 +21,7 @@ from functools import cache
 import numpy as np
 
 from quavsweep.analysis.equilibrium import eigensystem, newton, norm, vector_field
-from quavsweep.analysis.interval import Interval
+from quavsweep.analysis.interval import OPERATIONS, Interval, below
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
 
@@ -188,14 +188,16 @@ class Shape:
         """Return beta with |h(y)| <= beta |y|^2 for all |y| <= reach, (n,) float64.
 
         h is half the second derivative at a point between, taken twice in y; the Frobenius norm of its centre plus
-        that of its radius bounds it.
+        that of its radius bounds it. Where the equations compare values, they may have a kink or jump that no second
+        derivative tells of, so a box in which a comparison is not certain has no bound.
         """
         n, dimension = equilibrium.shape
         box = reach[:, None] * norm(self.to_x)  # |x_i| <= |row i of T^-1| |y|
         u = [Interval(equilibrium[:, i] - box[:, i], equilibrium[:, i] + box[:, i]) for i in range(dimension)]
         entries = [entry for matrix in program.hessian for row in matrix for entry in row]
         places = [place for place, entry in enumerate(entries) if entry != 0.0]
-        values = program.evaluate([entries[place] for place in places], program.names(u, list(coefficients)))
+        names = program.names(u, list(coefficients))
+        values = program.evaluate([entries[place] for place in places], names, OPERATIONS)
         centre, radius = np.zeros((2, n, dimension**3))
         for place, value in zip(places, values, strict=True):
             if isinstance(value, Interval):
@@ -206,6 +208,9 @@ class Shape:
         bound = _frobenius(self.to_y, centre.reshape(shape), self.to_x)
         if radius.any():
             bound += _frobenius(np.abs(self.to_y), radius.reshape(shape), np.abs(self.to_x))
+        compared = iter(program.evaluate([side for pair in program.switches for side in pair], names, OPERATIONS))
+        for left, right in zip(compared, compared, strict=True):
+            bound = np.where(np.logical_or(*below(left, right)), bound, np.inf)
         return np.asarray(0.5 * bound)
 
 
