@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks import accuracy, dimension, kernel, package, sweep
+from benchmarks import accuracy, dimension, kernel, package, resources, sweep
 from benchmarks.row import Row
 
-ROWS: tuple[Row, ...] = (*kernel.ROWS, *package.ROWS, *accuracy.ROWS, *dimension.ROWS, *sweep.ROWS)
+ROWS: tuple[Row, ...] = (*kernel.ROWS, *package.ROWS, *accuracy.ROWS, *dimension.ROWS, *sweep.ROWS, *resources.ROWS)
 SUITES = tuple(dict.fromkeys(row.suite for row in ROWS))
 
 

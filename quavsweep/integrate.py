@@ -142,7 +142,7 @@ def integrate_tile(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evide
         _record(plan, evidence, alive, layout.state(lanes, alive.size), batches, totals, segment)
         last = segment == clock.segments - 1
         before = evidence["status"][alive]
-        ended = _look(plan, evidence, alive, coefficients[:, alive], last)
+        ended = _look(plan, evidence, alive, coefficients[:, alive], np.sum(batches, axis=0), last)
         for watcher in watchers:
             watcher.void(alive[(evidence["status"][alive] == Status.DIVERGED) & (before != Status.DIVERGED)])
         leaving = np.ones_like(ended) if last else ended
@@ -230,11 +230,16 @@ def _record(
         evidence["growth_total"][alive, segment] = totals
 
 
-def _look(plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.ndarray, last: bool) -> np.ndarray:
-    """Look at the living cells after a segment; write what is certain and return which of them have ended."""
+def _look(
+    plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.ndarray, grown: np.ndarray, last: bool
+) -> np.ndarray:
+    """Look at the living cells after a segment; write what is certain and return which of them have ended.
+
+    `grown` is the growth of ln in the segment, (n, exponents).
+    """
     clock = plan.clock
     u, steps = evidence["state"][alive], evidence["steps"][alive]
-    diverged, degenerate = _breakdowns(plan, evidence, alive)
+    diverged, degenerate = _breakdowns(plan, evidence, alive, grown)
     # A cell may be certified, or lose its frame, long before the measures let it end.
     looked_at = int(steps[0]) < plan.sweep.measures.hold(clock)
     ended = np.asarray(diverged | (degenerate & (not looked_at)))
@@ -259,25 +264,21 @@ def _look(plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.nd
     return ended
 
 
-def _breakdowns(plan: Plan, evidence: Evidence, alive: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _breakdowns(plan: Plan, evidence: Evidence, alive: np.ndarray, grown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Find the cells that diverged and those whose frame has lost rank; give them their status, void their growth."""
     clock, u = plan.clock, evidence["state"][alive]
-    finite = np.isfinite(u).all(axis=1)
-    beyond = (np.abs(np.where(finite[:, None], u, 0.0)) > plan.sweep.model.bound).any(axis=1)
-    diverged = np.asarray(~finite | beyond)
+    diverged = np.asarray(~(np.abs(u.T) <= plan.sweep.model.bound).all(axis=0))  # also where it is no number
     degenerate = np.zeros_like(diverged)
     if plan.layout.exponents:
         # All cells of a tile have been integrated equally far; a comparison with NaN or inf is no full rank.
         segment = int(evidence["steps"][alive[0]]) // clock.segment_steps - 1
-        batches = slice(segment * clock.segment_batches, (segment + 1) * clock.segment_batches)
+        vectors = grown.T[: plan.layout.vectors] / (clock.segment_batches * clock.batch_blocks)
         with np.errstate(invalid="ignore"):
-            of_vectors = evidence["growth"][alive, batches, : plan.layout.vectors]
-            per_block = of_vectors.mean(axis=1) / clock.batch_blocks
-            full_rank = np.ptp(per_block, axis=1) <= FULL_RANK if plan.layout.vectors else ~diverged
+            full_rank = vectors.max(axis=0) - vectors.min(axis=0) <= FULL_RANK if len(vectors) else ~diverged
         degenerate = (~full_rank | (evidence["status"][alive] == Status.FRAME_DEGENERATE)) & ~diverged
-        void = alive[diverged | degenerate]
-        evidence["growth"][void, segment * clock.segment_batches :] = np.nan
-        evidence["growth_total"][void, segment:] = np.nan
+        if (void := alive[diverged | degenerate]).size:
+            evidence["growth"][void, segment * clock.segment_batches :] = np.nan
+            evidence["growth_total"][void, segment:] = np.nan
     evidence["status"][alive[diverged]] = Status.DIVERGED
     evidence["status"][alive[degenerate]] = Status.FRAME_DEGENERATE
     return diverged, degenerate

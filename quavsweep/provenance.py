@@ -33,8 +33,10 @@ HASHED_MODULES = (
     "quavsweep.analysis.certificate",
     "quavsweep.analysis.equilibrium",
     "quavsweep.analysis.interval",
+    "quavsweep.kernels.formula",
     "quavsweep.kernels.layout",
     "quavsweep.kernels.method",
+    "quavsweep.kernels.minimax",
     "quavsweep.kernels.program",
     "quavsweep.kernels.step",
 )

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import importlib.util
 import inspect
-import re
-from collections import Counter
 from dataclasses import replace
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 
+from benchmarks.assembly import kinds, printed_loop
 from quavsweep.integrate import generic_frame
-from quavsweep.kernels.compiler import assembly, make_advance
+from quavsweep.kernels.compiler import LANES, cpu_class, make_advance
 from quavsweep.kernels.derive import derive
 from quavsweep.kernels.layout import Layout
 from quavsweep.kernels.lookup import make_program
@@ -225,46 +221,17 @@ def test_a_diverging_cell_does_not_touch_its_neighbours() -> None:
     np.testing.assert_array_equal(state[others], expected[others, :3])
 
 
-def _compile_afresh(source: str, folder: Path) -> ModuleType:
-    """Import a printed kernel from a new folder, because numba keeps no assembly of what it loads from its cache."""
-    path = folder / "kernel.py"
-    path.write_text(source)
-    spec = importlib.util.spec_from_file_location("kernel_afresh", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-_ARITHMETIC = re.compile(r"^v?(?:add|sub|mul|div|sqrt|max|min|fn?m(?:add|sub)\d*)([ps]d)$")
-
-
-def _hottest_loop(text: str) -> list[tuple[str, str]]:
-    """Return (instruction, operands) of the innermost loop with the most arithmetic."""
-    lines = [line.strip() for line in text.splitlines()]
-    labels = {line[:-1]: i for i, line in enumerate(lines) if line.endswith(":")}
-    loops = []
-    for i, line in enumerate(lines):
-        jump = re.match(r"j\w+\s+(\S+)$", line)
-        if jump and labels.get(jump[1], i) < i:
-            loops.append(lines[labels[jump[1]] : i])
-    inner = [loop for loop in loops if not any(loop is not x and x[0] in loop[1:] for x in loops)]
-    bodies = [[(m[1], m[2]) for m in (re.match(r"(v?[a-z]\w*)\s+(.*)$", x) for x in loop) if m] for loop in inner]
-    return max(bodies, key=lambda body: sum(bool(_ARITHMETIC.match(name)) for name, _ in body))
-
-
 @pytest.mark.parametrize("vectors", [0, 2, 3])
 @pytest.mark.parametrize("name", NAMES)
-def test_the_step_is_vectorised(name: str, vectors: int, tmp_path: Path) -> None:
+def test_the_step_is_vectorised(name: str, vectors: int) -> None:
     program = make_program(load_model(name))
     source = print_kernel(program, RK4, Layout(3, vectors, len(program.coefficients)))
-    body = _hottest_loop(assembly(_compile_afresh(source, tmp_path).advance))
-    kinds = Counter(match[1] for match in (_ARITHMETIC.match(op) for op, _ in body) if match)
-    assert kinds["pd"] >= 0.95 * (kinds["pd"] + kinds["sd"])
-    assert kinds["pd"] > 40
+    body = printed_loop(source)
+    found = kinds(body)
+    assert found["pd"] >= 0.95 * (found["pd"] + found["sd"])
+    assert found["pd"] > 40
     if name == "quadrotor_yaw" and vectors == 3:
-        assert kinds["pd"] <= 245
+        assert found["pd"] <= 245
     spills = [operands for op, operands in body if op.startswith("vmovu") and "(%rsp)" in operands]
     assert not spills, "the stack is not aligned, so vectors on it cross cache lines"
 
@@ -293,3 +260,8 @@ def test_exponents_of_linear_systems_are_real_parts_of_eigenvalues(dimension: in
     expected = np.sort(np.diag(blocks))[::-1]
     np.testing.assert_allclose(growth / 200, expected, atol=6 / 200)
     assert growth.sum() / 200 == pytest.approx(np.trace(matrix), abs=1e-8)  # |lambda|^5 dt^4 / 120 per eigenvalue
+
+
+def test_every_class_of_processor_has_lanes() -> None:
+    assert cpu_class() in LANES
+    assert all(lanes % 8 == 0 and lanes >= 16 for lanes in LANES.values())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 
@@ -17,19 +18,20 @@ from quavsweep.kernels.method import RK4
 from quavsweep.kernels.printer import step_operations
 from quavsweep.kernels.program import Program
 from quavsweep.models import NAMES, Model, Parameter, State, load_model
+from tests.function_models import MODELS, PENDULUM
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_program_survives_storage(name: str) -> None:
-    program = derive(load_model(name))
+@pytest.mark.parametrize("model", [*map(load_model, NAMES), *MODELS.values()], ids=lambda model: model.name)
+def test_program_survives_storage(model: Model) -> None:
+    program = derive(model)
     stored = Program.from_json(program.to_json())
     assert stored == program
     assert stored.digest == program.digest
     assert hash(stored) == hash(program)
 
 
-def test_derivation_is_repeatable() -> None:
-    model = load_model("quadrotor_yaw")
+@pytest.mark.parametrize("model", [load_model("quadrotor_yaw"), *MODELS.values()], ids=lambda model: model.name)
+def test_derivation_is_repeatable(model: Model) -> None:
     assert derive(model) == derive(model)
 
 
@@ -75,8 +77,22 @@ def test_rational_and_irrational_equations_are_compiled() -> None:
 @pytest.mark.parametrize(
     ("function", "says"),
     [
-        (lambda x: (sp.sin(x),), "sin cannot be compiled"),
+        (lambda x: (sp.erf(x),), r"erf cannot be compiled; its equations may use .*sin.*Piecewise"),
+        (lambda x: (sp.floor(x),), "floor cannot be compiled"),
+        (lambda x: (sp.atan2(x, 1),), "atan.* cannot be compiled"),
         (lambda x: (x ** sp.Rational(1, 3),), "power 1/3"),
+        (lambda x: (2**x,), "power u_x cannot be compiled; .*exp"),
+        (lambda x: (sp.Piecewise((x, x > 0)),), "no branch for all other cases"),
+        (lambda x: (sp.Piecewise((x, sp.Xor(x > 0, x > 1)), (0, True)),), "condition .* cannot be compiled"),
+        (lambda x: (x + sp.zoo,), "not a finite real number"),
+        (lambda x: (x * sp.sqrt(-1),), "not a finite real number"),
+        (lambda x: (math.sin(x),), "cannot be evaluated with symbols.*quavsweep.models.function"),
+        (lambda x: (np.sin(x),), "cannot be evaluated with symbols.*quavsweep.models.function"),
+        (
+            lambda x: (max(x, 0),),
+            "`if`, `min` or `max` decides by a state or parameter; use where, minimum and maximum",
+        ),
+        (lambda x: ((x > 0) * x,), "cannot be evaluated with symbols"),
         (lambda x: (x, x), "1 states but 2 derivatives"),
         (lambda x: (1.0 if x > 0 else -1.0,), "cannot be evaluated with symbols"),
     ],
@@ -95,3 +111,49 @@ def test_equal_coefficients_written_differently_keep_both_names() -> None:
     program = derive(_model(lambda x, y, a: (2 * a * x, 2.0 * a * y), "x y", "a"))
     np.testing.assert_allclose(program.coefficient_values([np.array([1.5])]).ravel(), 3.0)
     assert program.evaluate(program.rhs, {"u_x": 1.0, "u_y": 2.0, "p_a": 1.5}) == [3.0, 6.0]
+
+
+@pytest.mark.parametrize(
+    ("function", "expected"),
+    [
+        (lambda x: sp.Abs(x - 1), lambda x: abs(x - 1)),
+        (lambda x: abs(x) ** 3, lambda x: abs(x) ** 3),
+        (lambda x: sp.Max(x, 0, x**2), lambda x: max(x, 0, x * x)),
+        (lambda x: sp.Min(2, x), lambda x: min(2, x)),
+        (sp.sign, lambda x: float(x > 0) - float(x < 0)),
+        (sp.Heaviside, lambda x: 0.5 * (x == 0) + (x > 0)),
+        (lambda x: sp.sqrt((x - 1) ** 2), lambda x: abs(x - 1)),
+        (
+            lambda x: sp.Piecewise((1, x < -1), (x, sp.Or(x < 0, x >= 2)), (5, True)),
+            lambda x: 1 if x < -1 else x if x < 0 or x >= 2 else 5,
+        ),
+        (
+            lambda x: sp.Piecewise((1, sp.Eq(x, 0)), (2, sp.Ne(x, 2)), (3, True)),
+            lambda x: 1 if x == 0 else 2 if x != 2 else 3,
+        ),
+        (lambda x: sp.Piecewise((1, sp.Not(sp.And(x > -1, x < 1))), (0, True)), lambda x: 0 if -1 < x < 1 else 1),
+    ],
+)
+def test_choices_mean_what_sympy_says(function: object, expected: object) -> None:
+    program = derive(_model(lambda x: (function(x),), "x"))  # type: ignore[operator]
+    for x in (-3.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 3.0):
+        assert program.evaluate(program.rhs, {"u_x": x}) == [expected(x)]  # type: ignore[operator]
+    x = np.array([-3.0, 0.5, 2.0])
+    np.testing.assert_array_equal(program.evaluate(program.rhs, {"u_x": x})[0], [expected(v) for v in x])  # type: ignore[operator]
+
+
+def test_derivatives_of_choices_are_those_of_their_branches() -> None:
+    program = derive(_model(lambda x: (sp.Max(x, 0) * abs(x),), "x"))
+    for x, slope, bend in ((2.0, 4.0, 2.0), (-2.0, 0.0, 0.0)):
+        assert program.evaluate([program.jacobian[0][0], program.hessian[0][0][0]], {"u_x": x}) == [slope, bend]
+    assert program.switches == (("u_x", 0.0),)
+
+
+def test_what_depends_on_parameters_alone_is_hoisted_out_of_functions_and_choices() -> None:
+    program = derive(PENDULUM)
+    rest = program.needed([*program.rhs, *(x for row in program.jacobian for x in row)], program.coefficients)
+    assert not {ref for a in rest for ref in a.arguments} & {*program.parameters, "h"}
+    tilted = derive(_model(lambda x, a: (sp.sin(a) * abs(a) * sp.cos(x),), "x", "a"))
+    rest = tilted.needed(tilted.rhs, tilted.coefficients)
+    assert [a.operation for a in rest] == ["cos", "mul"]
+    assert not tilted.switches

@@ -16,11 +16,12 @@ A tenth of each rate is kept in hand for rounding.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from quavsweep.analysis.equilibrium import eigensystem, newton, norm, vector_field
-from quavsweep.analysis.interval import Interval
+from quavsweep.analysis.interval import OPERATIONS, Interval, below
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
 
@@ -173,9 +174,9 @@ class Shape:
         contraction = _spectral_norm(_polynomial(method.stability, dt * self.linear))
         with np.errstate(all="ignore"):
             # Twice what the stages of the linear part reach, so that the nonlinear stages stay inside too.
-            reach = 2.0 * np.max(_stages(method, dt, steepness, 0.0)[0], axis=0) * level
+            reach = 2.0 * np.max(_stages(method, dt * steepness, np.zeros_like(level))[0], axis=0) * level
             beta = self._curvature(program, equilibrium, coefficients, reach)
-            stages, remainder = _stages(method, dt, steepness, beta * level)
+            stages, remainder = _stages(method, dt * steepness, dt * beta * level)
             held = np.max(stages, axis=0) * level <= reach
             flow = beta * level < IN_HAND * -growth
             step = remainder < IN_HAND * (1.0 - contraction)
@@ -187,14 +188,16 @@ class Shape:
         """Return beta with |h(y)| <= beta |y|^2 for all |y| <= reach, (n,) float64.
 
         h is half the second derivative at a point between, taken twice in y; the Frobenius norm of its centre plus
-        that of its radius bounds it.
+        that of its radius bounds it. Where the equations compare values, they may have a kink or jump that no second
+        derivative tells of, so a box in which a comparison is not certain has no bound.
         """
         n, dimension = equilibrium.shape
         box = reach[:, None] * norm(self.to_x)  # |x_i| <= |row i of T^-1| |y|
         u = [Interval(equilibrium[:, i] - box[:, i], equilibrium[:, i] + box[:, i]) for i in range(dimension)]
         entries = [entry for matrix in program.hessian for row in matrix for entry in row]
         places = [place for place, entry in enumerate(entries) if entry != 0.0]
-        values = program.evaluate([entries[place] for place in places], program.names(u, list(coefficients)))
+        names = program.names(u, list(coefficients))
+        values = program.evaluate([entries[place] for place in places], names, OPERATIONS)
         centre, radius = np.zeros((2, n, dimension**3))
         for place, value in zip(places, values, strict=True):
             if isinstance(value, Interval):
@@ -205,6 +208,9 @@ class Shape:
         bound = _frobenius(self.to_y, centre.reshape(shape), self.to_x)
         if radius.any():
             bound += _frobenius(np.abs(self.to_y), radius.reshape(shape), np.abs(self.to_x))
+        compared = iter(program.evaluate([side for pair in program.switches for side in pair], names, OPERATIONS))
+        for left, right in zip(compared, compared, strict=True):
+            bound = np.where(np.logical_or(*below(left, right)), bound, np.inf)
         return np.asarray(0.5 * bound)
 
 
@@ -260,17 +266,41 @@ def _polynomial(coefficients: tuple[float, ...], matrix: np.ndarray) -> np.ndarr
     return value
 
 
-def _stages(
-    method: ButcherTable, dt: float, steepness: np.ndarray, curvature: np.ndarray | float
-) -> tuple[np.ndarray, np.ndarray]:
+@cache
+def _responses(method: ButcherTable) -> tuple[np.ndarray, np.ndarray]:
+    """Return how a step of a linear system answers to its start, and to forces at its stages.
+
+    Returns
+    -------
+    start : (S + 1, S + 1) float64
+        Stage j, and last the end of the step, is sum_i start[j, i] (dt J)^i times the start.
+    force : (S + 1, S, S + 1) float64
+        A force dt g at stage k moves stage j by sum_i force[j, k, i] (dt J)^i dt g.
+    """
+    count = method.stages
+    start, force = np.zeros((count + 1, count + 1)), np.zeros((count + 1, count, count + 1))
+    start[:, 0] = 1.0
+    for j, row in enumerate((*method.a, method.b)):
+        for k, weight in enumerate(row):
+            start[j, 1:] += float(weight) * start[k, :-1]
+            force[j, k, 0] += float(weight)
+            force[j, :, 1:] += float(weight) * force[k, :, :-1]
+    return start, force
+
+
+def _stages(method: ButcherTable, z: np.ndarray, bend: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Follow one step from |y| = 1 through the method by bounds.
+
+    The force h of the nonlinear part is taken apart, h(y) at the start and what it changes by until a stage, at most
+    2 beta times distance times size: weights of large methods are large and of both signs, but act on the first as
+    their sum.
 
     Parameters
     ----------
-    steepness : (n,) float64
-        Norm of the linear part.
-    curvature : (n,) float64
-        beta times the level, so that |h| <= curvature in units of the level.
+    z : (n,) float64
+        dt times the norm of the linear part.
+    bend : (n,) float64
+        dt beta times the level, so that dt |h(y)| <= bend in units of the level.
 
     Returns
     -------
@@ -279,17 +309,22 @@ def _stages(
     remainder : (n,) float64
         Bound of the step's departure from its linear part.
     """
-    slopes: list[np.ndarray] = []
-    departures: list[np.ndarray] = []
-    stages = []
-    for row in method.a:
-        weights = [dt * abs(float(x)) for x in row]
-        y = np.ones_like(steepness) + sum((w * k for w, k in zip(weights, slopes, strict=True)), start=0.0)
-        bend = curvature * y * y
-        stages.append(y)
-        departures.append(steepness * sum((w * e for w, e in zip(weights, departures, strict=True)), start=0.0) + bend)
-        slopes.append(steepness * y + bend)
-    remainder = sum(
-        (dt * abs(float(b)) * e for b, e in zip(method.b, departures, strict=True)), start=np.zeros_like(steepness)
-    )
-    return np.array(stages), np.asarray(remainder)
+    start, force = _responses(method)
+    away = _bound(start[:, 1:], z) * z
+    together, single = _bound(force.sum(axis=1), z), _bound(force, z)
+    changes = np.zeros((method.stages, z.size))
+    departures = np.zeros((method.stages + 1, z.size))
+    for j in range(method.stages + 1):
+        departures[j] = bend * together[j] + (single[j] * changes).sum(axis=0)
+        if j < method.stages:
+            distance = away[j] + departures[j]
+            changes[j] = 2.0 * bend * (1.0 + distance) * distance
+    return 1.0 + away[:-1] + departures[:-1], departures[-1]
+
+
+def _bound(coefficients: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Return the sum over i of |coefficients[..., i]| z^i, of shape (..., n)."""
+    value = np.zeros((*coefficients.shape[:-1], z.size))
+    for coefficient in np.moveaxis(np.abs(coefficients), -1, 0)[::-1]:
+        value = value * z + coefficient[..., None]
+    return value

@@ -68,16 +68,13 @@ def solve(table: np.ndarray) -> np.ndarray:
     -------
     (D, n) float64
     """
-    size, _, n = table.shape
-    cells = np.arange(n)
+    size = table.shape[0]
     for k in range(size):
-        if k < size - 1:
-            pivot = k + np.argmax(np.abs(table[k:, k]), axis=0)
-            row = table[pivot, :, cells].T
-            table[pivot, :, cells] = table[k].T
-        else:
-            row = table[k]
-        table[k, k + 1 :] = row[k + 1 :] / row[k]
+        for i in range(k + 1, size):
+            larger = np.abs(table[i, k]) > np.abs(table[k, k])
+            upper, lower = table[k, k:], table[i, k:]
+            table[k, k:], table[i, k:] = np.where(larger, lower, upper), np.where(larger, upper, lower)
+        table[k, k + 1 :] /= table[k, k]
         for i in range(size):
             if i != k:
                 table[i, k + 1 :] -= table[i, k] * table[k, k + 1 :]

@@ -2,18 +2,36 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
 from quavsweep.errors import ModelError
+from quavsweep.kernels.choice import Less, LessEqual, as_choices
 from quavsweep.kernels.program import TIME_SCALE, Assignment, Program, Ref
 
 if TYPE_CHECKING:
     from quavsweep.models import Model
 
 LARGEST_POWER = 16
+FUNCTIONS = {
+    sp.sin: "sin",
+    sp.cos: "cos",
+    sp.tan: "tan",
+    sp.exp: "exp",
+    sp.log: "log",
+    sp.sinh: "sinh",
+    sp.cosh: "cosh",
+    sp.tanh: "tanh",
+    Less: "select_less",
+    LessEqual: "select_less_equal",
+}
+POSSIBLE = (
+    "its equations may use + - * / **, sqrt, exp, log, sin, cos, tan, sinh, cosh, tanh, Abs, Min, Max, sign, Piecewise"
+)
+DECIDING = "use where, minimum and maximum of quavsweep.models.function, or SymPy's Piecewise, Min and Max"
 
 
 def derive(model: Model) -> Program:
@@ -28,14 +46,17 @@ def derive(model: Model) -> Program:
     p = [sp.Symbol(f"p_{name}", real=True) for name in model.parameter_names]
     try:
         rhs = [sp.nsimplify(value) if isinstance(value, int) else sp.sympify(value) for value in model.rhs(*u, *p)]
-    except (TypeError, sp.SympifyError) as error:
-        raise ModelError(f"its equations cannot be evaluated with symbols: {error}", model.name) from error
+    except (TypeError, AttributeError, sp.SympifyError) as error:
+        raise _no_symbols(model.name, error) from error
     if len(rhs) != len(u):
         raise ModelError(f"{len(u)} states but {len(rhs)} derivatives", model.name)
     scale = sp.Symbol(TIME_SCALE, real=True)
     rhs = [sp.Add(*(scale * term for term in sp.Add.make_args(f))) for f in rhs]
-    jacobian = [[sp.diff(f, x) for x in u] for f in rhs]
-    hessian = [[[sp.diff(f, x) for x in u] for f in row] for row in jacobian]
+    rhs = [as_choices(f, model.name) for f in rhs]
+    for unknown in (call for f in rhs for call in f.atoms(sp.Function) if type(call) not in FUNCTIONS):
+        raise ModelError(f"{type(unknown).__name__} cannot be compiled", model.name, POSSIBLE)
+    jacobian = [[as_choices(sp.diff(f, x), model.name) for x in u] for f in rhs]
+    hessian = [[[as_choices(sp.diff(f, x), model.name) for x in u] for f in row] for row in jacobian]
     writer = _Writer(model.name, u)
     flat = [*rhs, *(f for row in jacobian for f in row), *(f for m in hessian for row in m for f in row)]
     refs = iter(writer.write([writer.hoist(f) for f in flat]))
@@ -49,6 +70,14 @@ def derive(model: Model) -> Program:
         jacobian=tuple(tuple(next(refs) for _ in count) for _ in count),
         hessian=tuple(tuple(tuple(next(refs) for _ in count) for _ in count) for _ in count),
     )
+
+
+def _no_symbols(where: str, error: Exception) -> ModelError:
+    """Return the error of equations that take floats only."""
+    text = "its equations cannot be evaluated with symbols"
+    if "truth value" in str(error):
+        return ModelError(f"{text}: `if`, `min` or `max` decides by a state or parameter", where, DECIDING)
+    return ModelError(f"{text}: {error}", where, "functions are those of quavsweep.models.function, or SymPy's")
 
 
 class _Writer:
@@ -69,6 +98,9 @@ class _Writer:
             return self._coefficient(expression)
         if expression.is_Mul:
             factor, rest = expression.as_independent(*self.states, as_Add=False)
+            if factor != 1 and isinstance(rest, Less | LessEqual):
+                left, right, first, second = rest.args
+                return self.hoist(rest.func(left, right, sp.expand_mul(factor * first), sp.expand_mul(factor * second)))
             if factor != 1 and not rest.is_polynomial(*self.states):
                 return self._coefficient(factor) * self.hoist(rest)
         if expression.is_polynomial(*self.states):
@@ -137,16 +169,22 @@ class _Writer:
         if expression.is_Symbol:
             return str(expression.name)
         if expression.is_number:
-            return float(expression)
+            return self._number(expression)
         if expression.is_Add:
             return self._sum(expression)
         if expression.is_Mul:
             return self._product(expression)
         if expression.is_Pow:
             return self._power(expression)
-        raise ModelError(
-            f"{type(expression).__name__} cannot be compiled", self.where, "its equations may use + - * / ** and sqrt"
-        )
+        if type(expression) in FUNCTIONS:
+            return self._operation(FUNCTIONS[type(expression)], *(self._ref(x) for x in expression.args))
+        raise ModelError(f"{type(expression).__name__} cannot be compiled", self.where, POSSIBLE)
+
+    def _number(self, expression: sp.Expr) -> float:
+        value = complex(expression) if expression.is_finite is not False else complex("nan")
+        if value.imag or not math.isfinite(value.real):
+            raise ModelError(f"{expression} is not a finite real number", self.where, "constants must be")
+        return value.real
 
     def _sum(self, expression: sp.Expr) -> Ref:
         # A term with a minus sign is subtracted; the sum starts with a term that has none.
@@ -181,8 +219,12 @@ class _Writer:
     def _power(self, expression: sp.Expr) -> Ref:
         base, power = expression.args
         if not (2 * power).is_Integer or abs(power) > LARGEST_POWER:
+            # Not by exp and log unasked: the error in ulp would be the size of power * log(base).
+            other = "" if power.is_number else "; exp(power * log(base)) does it less accurately"
             raise ModelError(
-                f"the power {power} cannot be compiled", self.where, f"multiples of 1/2 up to {LARGEST_POWER} can"
+                f"the power {power} cannot be compiled",
+                self.where,
+                f"multiples of 1/2 up to {LARGEST_POWER} can{other}",
             )
         if power < 0:
             return self._operation("div", 1.0, self._ref(base**-power))

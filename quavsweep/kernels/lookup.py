@@ -30,7 +30,9 @@ def make_program(model: Model) -> Program:
         repr(inspect.getclosurevars(model.rhs).nonlocals),
         *model.state_names,
         *model.parameter_names,
+        syntax_digest("quavsweep.models.function"),
         syntax_digest("quavsweep.kernels.derive"),
+        syntax_digest("quavsweep.kernels.choice"),
         syntax_digest("quavsweep.kernels.program"),
         version("sympy"),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from quavsweep.kernels.layout import Layout
+from quavsweep.kernels.lower import lower, operations
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
 from quavsweep.kernels.step import Lines, print_step
@@ -14,7 +15,7 @@ FLAGS = ("contract", "nsz", "arcp")
 
 _HEADER = '''"""Printed by quavsweep; the name of this file is the hash of its content."""
 
-from math import sqrt
+from math import {names}
 
 from llvmlite import ir
 from numba import njit, types
@@ -32,12 +33,40 @@ def align_stack(context):
 
     return types.void(), generate
 
-
+{extra}
 @njit("void({types})",
       nogil=True, error_model="numpy", cache=True, fastmath={{{flags}}})
 def {signature}:
     align_stack()
 '''
+
+# Printed only if used. Selects are instructions, not branches, so a loop with them is vectorised and quickly compiled.
+_SELECT = """
+
+@intrinsic
+def select(context, condition, first, second):
+    def generate(context, builder, signature, arguments):
+        return builder.select(*arguments)
+
+    return types.float64(types.boolean, types.float64, types.float64), generate
+"""
+_BITS = """
+
+@intrinsic
+def bits(context, x):
+    def generate(context, builder, signature, arguments):
+        return builder.bitcast(arguments[0], ir.IntType(64))
+
+    return types.int64(types.float64), generate
+
+
+@intrinsic
+def real(context, k):
+    def generate(context, builder, signature, arguments):
+        return builder.bitcast(arguments[0], ir.DoubleType())
+
+    return types.float64(types.int64), generate
+"""
 
 
 def print_kernel(program: Program, method: ButcherTable, layout: Layout, dense: bool = False) -> str:
@@ -59,11 +88,11 @@ def print_kernel(program: Program, method: ButcherTable, layout: Layout, dense: 
     a slot LLVM leaves the stack at the caller's 16 bytes: most of those stores and loads then cross a cache line
     (measured: 7.8 ns per step with it, 8 to 13 without, as chance would have it from process to process).
     """
+    step = print_step(lower(program), method, layout)
     arguments = ["lanes", "first", "last", "n_blocks", "block", *(["buffer"] if dense else [])]
     types = ["float64[::1]", *["int64"] * 4, *(["float64[::1]"] if dense else [])]
     signature = f"{'record' if dense else 'advance'}({', '.join(arguments)})"
-    flags = ", ".join(repr(flag) for flag in FLAGS)
-    lines = [_HEADER.format(flags=flags, types=", ".join(types), signature=signature).rstrip()]
+    lines = [_print_header("\n".join(step), ", ".join(types), signature)]
     size = layout.rows * layout.lanes
     lines += [
         "    for group in range(first, last):",
@@ -71,12 +100,21 @@ def print_kernel(program: Program, method: ButcherTable, layout: Layout, dense: 
         *(_print_copy("(group - first) * (n_blocks * block + 1)", layout, 8) if dense else []),
         "        for _ in range(n_blocks):",
         "            for _ in range(block):",
-        *("                " + line for line in print_step(program, method, layout)),
+        *("                " + line for line in step),
         *(_print_copy("at + 1", layout, 16) if dense else []),
     ]
     if layout.vectors:
         lines += ["            " + line for line in _print_gram_schmidt(layout)]
     return "\n".join(lines) + "\n"
+
+
+def _print_header(step: str, types: str, signature: str) -> str:
+    """Print all above the loops: imports and instructions that have no operator only if the step uses them."""
+    names = [*(name for name in ("inf", "nan") if f"{name})" in step), "sqrt"]
+    extra = (_SELECT if "select(" in step else "") + (_BITS if "bits(" in step else "")
+    flags = ", ".join(repr(flag) for flag in FLAGS)
+    header = _HEADER.format(flags=flags, types=types, signature=signature, names=", ".join(names), extra=extra)
+    return header.rstrip()
 
 
 def _print_copy(at: str, layout: Layout, indent: int) -> list[str]:
@@ -110,11 +148,12 @@ def _print_gram_schmidt(layout: Layout) -> list[str]:
 def step_operations(program: Program, method: ButcherTable, layout: Layout) -> int:
     """Return the number of arithmetic operations in a step of one cell, a fused multiply-add counted as one.
 
-    A static estimate for cost models: products count, sums are taken to fuse with them.
+    A static estimate for cost models: products count, sums are taken to fuse with them; functions count as spelt out.
     """
+    program = lower(program)
     rows = layout.dimension * (1 + layout.vectors)
     jacobian = [entry for row in program.jacobian for entry in row] if layout.vectors else []
-    stage = len(program.needed([*program.rhs, *jacobian], program.coefficients))
+    stage = operations(program.needed([*program.rhs, *jacobian], program.coefficients))
     stage += layout.vectors * sum(entry != 0.0 for entry in jacobian)
     sums = sum(x != 0 for row in method.a for x in row) + sum(x != 0 for x in method.b) - 1
     return method.stages * stage + rows * sums

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from quavsweep.kernels.formula import FUNCTIONS, Arrays, on_arrays
+
 TIME_SCALE = "h"  # name of the unit of time in which the derivatives are given
 Ref = str | float  # the name of a state, parameter or assignment, or a number
 
@@ -21,8 +23,12 @@ OPERATIONS: dict[str, Callable[..., Any]] = {
     "mul": operator.mul,
     "div": operator.truediv,
     "neg": operator.neg,
-    "sqrt": lambda x: x.sqrt() if hasattr(x, "sqrt") else np.sqrt(x),
+    "sqrt": np.sqrt,
+    "select_less": Arrays().less,  # (left, right, first, second): first where left < right, else second
+    "select_less_equal": Arrays().less_equal,
+    **{name: on_arrays(name) for name in FUNCTIONS},
 }
+SELECTS = ("select_less", "select_less_equal")
 
 
 @dataclass(frozen=True)
@@ -81,8 +87,19 @@ class Program:
                 wanted.update(ref for ref in assignment.arguments if isinstance(ref, str))
         return kept[::-1]
 
-    def evaluate(self, outputs: Sequence[Ref], values: Mapping[str, Any]) -> list[Any]:
-        """Interpret the program on floats, arrays, or anything that has the operations.
+    @property
+    def switches(self) -> tuple[tuple[Ref, Ref], ...]:
+        """What the derivatives compare: where two values are equal, they may have a kink or jump."""
+        needed = self.needed(self.rhs, self.coefficients)
+        return tuple(dict.fromkeys((a.arguments[0], a.arguments[1]) for a in needed if a.operation in SELECTS))
+
+    def evaluate(
+        self,
+        outputs: Sequence[Ref],
+        values: Mapping[str, Any],
+        operations: Mapping[str, Callable[..., Any]] = OPERATIONS,
+    ) -> list[Any]:
+        """Interpret the program on floats or arrays, or on anything else with its own operations.
 
         `values` maps names of states, parameters or coefficients to values of one kind.
         """
@@ -92,7 +109,7 @@ class Program:
             self._evaluations[key] = self.needed(outputs, known)
         for assignment in self._evaluations[key]:
             arguments = (known[ref] if isinstance(ref, str) else ref for ref in assignment.arguments)
-            known[assignment.target] = OPERATIONS[assignment.operation](*arguments)
+            known[assignment.target] = operations[assignment.operation](*arguments)
         return [known[ref] if isinstance(ref, str) else ref for ref in outputs]
 
     @cached_property

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
 from quavsweep.kernels.layout import Layout
+from quavsweep.kernels.lower import WHOLE
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Assignment, Program, Ref
 
@@ -14,7 +15,8 @@ from quavsweep.kernels.program import Assignment, Program, Ref
 # 0.65 of the time to compile). Below, one loop for all is faster by 2 to 6 %.
 LARGEST_JOINT = 100
 
-_SYMBOLS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
+_SYMBOLS = {"add": "+", "sub": "-", "mul": "*", "div": "/", **WHOLE}
+_RELATIONS = {"select_less": "<", "select_less_equal": "<=", "select_equal": "=="}
 
 
 class Lines:
@@ -212,7 +214,10 @@ def _print_assignment(assignment: Assignment, names: Mapping[str, str]) -> str:
     arguments = [_print_ref(ref, names) for ref in assignment.arguments]
     if assignment.operation in _SYMBOLS:
         return f" {_SYMBOLS[assignment.operation]} ".join(arguments)
-    return f"-{arguments[0]}" if assignment.operation == "neg" else f"sqrt({arguments[0]})"
+    if assignment.operation in _RELATIONS:
+        left, right, first, second = arguments
+        return f"select({left} {_RELATIONS[assignment.operation]} {right}, {first}, {second})"
+    return f"-{arguments[0]}" if assignment.operation == "neg" else f"{assignment.operation}({arguments[0]})"
 
 
 def _print_ref(ref: Ref, names: Mapping[str, str]) -> str:

@@ -110,7 +110,8 @@ class Model:
         The name in configs.
     rhs : callable
         `rhs(state..., parameter...)` by name, returns the derivatives in the order of `states`. It is called
-        with floats by tests and once with symbols to derive the program, so it must not branch on its arguments.
+        with floats by tests and once with symbols to derive the program, so it must not branch on its arguments;
+        `quavsweep.models.function` has functions and choices that take both.
     states, parameters : tuple
         What `rhs` takes, in order.
     relations : tuple of Relation
