@@ -26,17 +26,19 @@ axes:
 
 # Times are in {time}. Transient and duration become whole segments.
 integrate:
-  method: rk4
+  method: rk4  # or dp8, of order 8: longer steps, for small errors
   dt: {dt:g}  # step
   transient: {transient:g}  # before exponents are averaged
   duration: {duration:g}  # over which they are averaged
   # segment: {segment:g}  # between two looks at a cell
+  # tolerance: 0.01  # error of a state, against its magnitude, beyond which a run warns of the step
 
 # What is recorded of each cell.
 measures:
   lyapunov:
     exponents: {exponents}  # number of exponents, largest first
     block: {block}  # steps between two orthonormalisations
+    # last_from_trace: true  # the last exponent from the mean divergence: faster, but without that self-check
   # orbit: {{every: {every:g}}}  # the state at even times
   # samples: {{maxima: {state}, max: 100}}  # or section: {{of: {state}, at: 0, direction: up}}, or every: a time
   # peak: {{of: [{state}], until: {until:g}}}  # largest magnitude
