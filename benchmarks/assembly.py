@@ -36,12 +36,6 @@ def kinds(body: list[Instruction]) -> Counter[str]:
     return Counter(match[1] for match in (ARITHMETIC.match(name) for name, _ in body) if match)
 
 
-def vector_lanes(body: list[Instruction]) -> int:
-    """Return how many numbers the widest register of the packed arithmetic holds."""
-    operands = " ".join(operands for name, operands in body if ARITHMETIC.match(name))
-    return next((lanes for lanes, register in ((8, "%zmm"), (4, "%ymm"), (2, "%xmm")) if register in operands), 1)
-
-
 def compile_afresh(source: str, folder: Path) -> ModuleType:
     """Import a printed kernel from a new folder, because numba keeps no assembly of what it loads from its cache."""
     path = folder / "kernel.py"

@@ -46,7 +46,7 @@ def _start(model: Model, n: int, vectors: int) -> tuple[np.ndarray, np.ndarray, 
 
 
 def _advanced(
-    name: str,
+    model: str | Model,
     vectors: int,
     n: int,
     blocks: int,
@@ -57,20 +57,7 @@ def _advanced(
     split: bool = False,
 ) -> np.ndarray:
     """Return rows of state, frame and stretching factors of n cells, (n, rows)."""
-    return _rows(load_model(name), vectors, n, blocks, block, dt, lanes, method, split)
-
-
-def _rows(
-    model: Model,
-    vectors: int,
-    n: int,
-    blocks: int,
-    block: int,
-    dt: float,
-    lanes: int = 16,
-    method: ButcherTable = RK4,
-    split: bool = False,
-) -> np.ndarray:
+    model = load_model(model) if isinstance(model, str) else model
     u, frame, parameters = _start(model, n, vectors)
     program = derive(model)
     layout = choose_layout(program, method, vectors, lanes)
@@ -97,7 +84,7 @@ def test_a_step_of_any_dimension_equals_the_naive_twin(dimension: int) -> None:
 def _compare_a_step(model: Model, method: ButcherTable, ulps: int, vectors: int) -> None:
     n, dt, dimension = 20, 0.01, len(model.states)
     u, frame, parameters = _start(model, n, vectors)
-    rows = _rows(model, vectors, n, 1, 1, dt, method=method)
+    rows = _advanced(model, vectors, n, 1, 1, dt, method=method)
     for cell in range(n):
         p = list(parameters[:, cell])
         state, after = twin.step(model, list(u[cell]), [list(q) for q in frame[cell]], p, dt, method)
