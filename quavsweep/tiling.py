@@ -11,11 +11,11 @@ from quavsweep.classify import result_variables
 from quavsweep.config import Sweep
 from quavsweep.grid import Tile
 from quavsweep.integrate import Plan
+from quavsweep.kernels.layout import FEWEST_LANES
 
 TILE_SECONDS = 4.0  # estimated time of a tile: what a kill can lose, against overhead (2 s: 3.1 %, 4 s: 1.8 %)
 FEWEST_TILES = 32  # so that workers end together
 ALIKE = 4  # tiles come in fours of nearly equal size, so that two or four workers end together where cells cost alike
-LANES = 16  # in a group: fewer cells take as long
 TILE_MULTIPLE = 32  # whole groups of lanes
 LARGEST_TILE = 65536
 LARGEST_TILE_BYTES = 2**24  # of evidence; a worker holds a few times as much
@@ -26,7 +26,7 @@ def choose_tile_cells(plan: Plan) -> int:
     """Return the number of cells per tile from a static cost model, the same on every machine."""
     cell_seconds = plan.clock.steps * plan.step_ns * 1e-9
     size, cell_bytes = plan.sweep.grid.size, plan.sweep.cell_bytes
-    room = max(LARGEST_TILE_BYTES / cell_bytes, min(LANES, LARGEST_GROUP_BYTES / cell_bytes))
+    room = max(LARGEST_TILE_BYTES / cell_bytes, min(FEWEST_LANES, LARGEST_GROUP_BYTES / cell_bytes))
     wanted = min(TILE_SECONDS / cell_seconds, size / FEWEST_TILES, LARGEST_TILE, room)
     multiple = TILE_MULTIPLE if wanted >= TILE_MULTIPLE or cell_bytes < 2**20 else 1
     tiles = ALIKE * math.ceil(size / wanted / ALIKE)
