@@ -41,6 +41,14 @@ class Certificate(IntEnum):
     REST = 3
 
 
+class CycleSymmetry(IntEnum):
+    """How a cycle lies to the symmetries of its model."""
+
+    NONE = 0
+    SYMMETRIC = 1
+    MIRRORED = 2
+
+
 @dataclass(frozen=True)
 class Code:
     """One value of a coded variable: its meaning for readers, its colour in figures."""
@@ -92,5 +100,14 @@ CERTIFICATE = _table(
         Certificate.SINK: ("the state is in a proved neighbourhood of attraction of an equilibrium",),
         Certificate.CYCLE: ("the state is in a proved neighbourhood of attraction of a cycle",),
         Certificate.REST: ("the state sits on an equilibrium that is not proved to attract it",),
+    },
+)
+
+CYCLE_SYMMETRY = _table(
+    CycleSymmetry,
+    {
+        CycleSymmetry.NONE: ("no cycle, or a model without symmetries",),
+        CycleSymmetry.SYMMETRIC: ("a symmetry maps the cycle to itself",),
+        CycleSymmetry.MIRRORED: ("a symmetry maps the cycle to another one",),
     },
 )

@@ -12,6 +12,7 @@ from quavsweep.measures.dense import FirstTime, Orbit, Peak, Samples, Section
 from quavsweep.measures.lyapunov import Lyapunov, counted
 from quavsweep.measures.measure import Measure, Problem
 from quavsweep.measures.variable import BASE, REGION_VARIABLE, STATUS_VARIABLE, Dimension, Evidence, Variable
+from quavsweep.measures.verdict import Verdict
 from quavsweep.models import Model
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "Samples",
     "Section",
     "Variable",
+    "Verdict",
 ]
 
 BLOCK = 1  # steps per block where there is nothing to orthonormalise
@@ -45,6 +47,7 @@ class Measures(BaseModel):
     samples: Samples | None = Field(default=None, description="states on a section, at maxima, or at even times")
     peak: Peak | None = Field(default=None, description="the largest magnitude of some states")
     first_time: FirstTime | None = Field(default=None, description="when a state first exceeds a value")
+    verdict: Verdict | None = Field(default=None, description="one tangent vector beyond the end, without lyapunov")
 
     @model_validator(mode="before")
     @classmethod

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quavsweep.codes import CERTIFICATE, REGION, STATUS, Code
+from quavsweep.codes import CERTIFICATE, CYCLE_SYMMETRY, REGION, STATUS, Code
 
 
 @dataclass(frozen=True)
@@ -65,4 +65,11 @@ BASE = (
     Variable("equilibrium", ("state",), "float64", "", "the equilibrium in which the orbit ends"),
     Variable("eigenvalue_re", ("state",), "float64", "1/time", "real parts of the eigenvalues there, largest first"),
     Variable("eigenvalue_im", ("state",), "float64", "1/time", "imaginary parts of the eigenvalues there"),
+    Variable("rest_steps", (), "int64", "1", "steps at the first look of the rest on an equilibrium that lasts"),
+    Variable("period", (), "float64", "time", "period of the cycle in which the orbit ends"),
+    Variable("cycle_hits", (), "int32", "1", "hits of the section per period"),
+    Variable("cycle_symmetry", (), "int8", "1", "how the cycle lies to the model's symmetries", CYCLE_SYMMETRY),
+    Variable("cycle_point", ("state",), "float64", "state", "the point of the cycle on the section that comes last"),
+    Variable("multiplier_re", ("state",), "float64", "1", "real parts of the Floquet multipliers, largest size first"),
+    Variable("multiplier_im", ("state",), "float64", "1", "imaginary parts of the Floquet multipliers"),
 )

@@ -5,11 +5,11 @@ from __future__ import annotations
 from importlib import import_module
 
 from quavsweep.errors import ModelError
-from quavsweep.models.model import Example, Model, Parameter, Relation, State
+from quavsweep.models.model import Example, Model, Parameter, Relation, Section, State
 
 NAMES = ("lorenz", "quadrotor_yaw")
 
-__all__ = ["NAMES", "Example", "Model", "Parameter", "Relation", "State", "load_model"]
+__all__ = ["NAMES", "Example", "Model", "Parameter", "Relation", "Section", "State", "load_model"]
 
 
 def load_model(name: str) -> Model:

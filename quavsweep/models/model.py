@@ -25,12 +25,16 @@ RESERVED = frozenset(
 
 @dataclass(frozen=True)
 class State:
-    """A state variable: its ASCII name, its unit, and its symbol in figures (LaTeX without dollars)."""
+    """A state variable: its ASCII name, its unit, and its symbol in figures (LaTeX without dollars).
+
+    `circle` is the length of a turn where the variable is an angle that wraps, 0 where it is not.
+    """
 
     name: str
     unit: str = "1"
     symbol: str = ""
     meaning: str = ""
+    circle: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -77,6 +81,15 @@ class Relation:
 
 
 @dataclass(frozen=True)
+class Section:
+    """A Poincaré section: where a state crosses a value, or has a maximum where none is given."""
+
+    of: str
+    at: float | None = None
+    direction: str = "up"
+
+
+@dataclass(frozen=True)
 class Example:
     """A first sweep of a model, for `quavsweep init`.
 
@@ -118,6 +131,10 @@ class Model:
         Warnings for values that no physical system has.
     symmetries : tuple of tuples of int
         Sign patterns (one sign per state) under which the equations are equivariant.
+    section : Section, optional
+        Where cycles are looked for; default the maxima of the first state.
+    forcing_period : callable, optional
+        The period of a forced system as a function of parameters by name; `rhs` then takes `t` before the states.
     bound : float
         A state with a component beyond it counts as diverged, in the states' units.
     time_unit : str
@@ -139,6 +156,8 @@ class Model:
     parameters: tuple[Parameter, ...]
     relations: tuple[Relation, ...] = ()
     symmetries: tuple[tuple[int, ...], ...] = ()
+    section: Section | None = None
+    forcing_period: Callable[..., Any] | None = None
     bound: float = 1e6
     time_unit: str = "1"
     source: str = ""
