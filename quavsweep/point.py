@@ -12,10 +12,11 @@ from quavsweep.classify import classify, convergence
 from quavsweep.config import Sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Grid, Tile
-from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.measures import Evidence, Measures, Orbit
 from quavsweep.models import Parameter
+from quavsweep.plan import make_plan
 
 MOST_TIMES = 200_000  # of the orbit
 SAME = 1e-9  # a value this near to one of the axis, as a share of its range, means that one

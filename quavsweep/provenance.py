@@ -23,6 +23,8 @@ from quavsweep.kernels.syntax import syntax_digest
 
 HASHED_MODULES = (
     "quavsweep.integrate",
+    "quavsweep.look",
+    "quavsweep.plan",
     "quavsweep.clock",
     "quavsweep.codes",
     "quavsweep.grid",
@@ -30,7 +32,9 @@ HASHED_MODULES = (
     "quavsweep.measures.lyapunov",
     "quavsweep.measures.measure",
     "quavsweep.measures.variable",
+    "quavsweep.measures.verdict",
     "quavsweep.analysis.certificate",
+    "quavsweep.analysis.cycle",
     "quavsweep.analysis.equilibrium",
     "quavsweep.analysis.interval",
     "quavsweep.kernels.formula",

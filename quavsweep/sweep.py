@@ -19,8 +19,9 @@ from quavsweep.config import Sweep, dump_config, load_sweep
 from quavsweep.errors import ConfigError, DamageError, DiskError, StoppedError, TilesFailedError
 from quavsweep.executor import run_tiles
 from quavsweep.grid import Tile
-from quavsweep.integrate import Plan, integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.kernels.compiler import default_lanes
+from quavsweep.plan import Plan, make_plan
 from quavsweep.progress import Progress
 from quavsweep.provenance import evidence_parts, identify, machine, toolchain
 from quavsweep.step_check import StepError, check_step, regular_cells

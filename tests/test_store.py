@@ -16,7 +16,8 @@ import pytest
 from quavsweep.config import Sweep
 from quavsweep.errors import DamageError, DiskError, IdentityError, LockedError
 from quavsweep.grid import Tile
-from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
+from quavsweep.plan import make_plan
 from quavsweep.provenance import Identity, identify
 from quavsweep.store import RunFolder, ShardSet, read_result, write_shard
 from quavsweep.store.publish import PatientFile, publish_bytes, publish_hdf5

@@ -21,8 +21,9 @@ from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import DiskError, IdentityError, StoppedError, TilesFailedError
 from quavsweep.executor import run_tiles
 from quavsweep.grid import Tile
-from quavsweep.integrate import Plan, integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
+from quavsweep.plan import Plan, make_plan
 from quavsweep.result import open_result
 from quavsweep.store import RunFolder
 from quavsweep.sweep import Progress, run_sweep
@@ -255,7 +256,7 @@ def test_shards_lie_under_both_identities(tmp_path: Path) -> None:
 
 def test_a_run_that_cannot_fit_on_the_disk_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(RunFolder, "free_bytes", 1000)
-    with pytest.raises(DiskError, match=r"the shards need 6\.\d+e\+04 bytes, 1e\+03 are free"):
+    with pytest.raises(DiskError, match=r"the shards need 7\.\d+e\+04 bytes, 1e\+03 are free"):
         run_sweep(parse_sweep(YAW), tmp_path)
 
 

@@ -89,6 +89,11 @@ class Sweep:
         config = self.config.model_copy(update={"axes": axes, "initial": initial, "parameters": parameters})
         return replace(self, config=config, grid=grid, parameters=parameters)
 
+    def until(self, steps: int) -> Sweep:
+        """Return the sweep that ends after so many steps, a whole number of segments; canonical configs differ."""
+        clock = replace(self.clock, segments=steps // self.clock.segment_steps)
+        return replace(self, clock=clock)
+
     def settings(self) -> dict[str, Any]:
         """Return what of the canonical config may change a number or a label of the result."""
         data = {key: value for key, value in self.canonical().items() if key != "name"}
