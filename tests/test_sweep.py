@@ -249,9 +249,9 @@ def test_an_axis_with_many_values_fits_into_the_result(tmp_path: Path) -> None:
 
 def test_shards_lie_under_both_identities(tmp_path: Path) -> None:
     run_sweep(parse_sweep(YAW), tmp_path)
-    ((evidence, toolchain, stage),) = RunFolder(tmp_path).identities()
+    ((evidence, toolchain),) = RunFolder(tmp_path).identities()
     assert len(evidence) == len(toolchain) == 32
-    assert stage == "0-40000"
+    assert [path.name for path in RunFolder(tmp_path).shards(evidence, toolchain).iterdir()] == ["0-40000"]
 
 
 def test_a_run_that_cannot_fit_on_the_disk_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
