@@ -46,7 +46,13 @@ HASHED_MODULES = (
 )
 DENSE_MODULES = ("quavsweep.measures.dense", "quavsweep.analysis.event", "quavsweep.analysis.observer")
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
-RESULT_MODULES = ("quavsweep.classify", "quavsweep.codes", "quavsweep.store.netcdf", "quavsweep.store.outcome")
+RESULT_MODULES = (
+    "quavsweep.classify",
+    "quavsweep.codes",
+    "quavsweep.passes",
+    "quavsweep.store.netcdf",
+    "quavsweep.store.outcome",
+)
 _NO_EVIDENCE = ("classify", "integrate.duration", "effort")  # keys that change no integrated number
 
 

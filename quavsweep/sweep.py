@@ -22,13 +22,14 @@ from quavsweep.grid import Tile
 from quavsweep.integrate import continue_cells, integrate_tile
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.measures import Evidence
+from quavsweep.passes import with_passes
 from quavsweep.plan import Plan, make_plan
 from quavsweep.progress import Progress
 from quavsweep.provenance import evidence_parts, identify, machine, toolchain
 from quavsweep.step_check import StepError, check_step, regular_cells
 from quavsweep.store import RunFolder, Shard, ShardSet, check_folder, read_result
 from quavsweep.store.outcome import write_outcome
-from quavsweep.store.passes import integrated_passes, with_passes
+from quavsweep.store.passes import integrated_passes
 from quavsweep.tiling import bytes_needed, choose_tile_cells, spread
 
 Observer = Callable[[Progress], None]
@@ -298,7 +299,7 @@ def _evidence(plan: Plan, shards: ShardSet, tile: Tile, stop: threading.Event) -
         return continue_cells(plan.until(end), cells, stop.is_set)
 
     go_on = integrated_passes(shards, tile, continued, published)
-    return with_passes(shards, tile.index, evidence, go_on)[0], begun, published
+    return with_passes(plan.sweep, evidence, go_on)[0], begun, published
 
 
 def _consolidate(

@@ -13,6 +13,7 @@ import numpy as np
 
 from quavsweep.clock import Clock
 from quavsweep.config.schema import AxisSection, Config, IntegrateSection
+from quavsweep.errors import ConfigError
 from quavsweep.grid import Grid
 from quavsweep.kernels.method import METHODS, ButcherTable
 from quavsweep.measures import Dimension, Measures, Variable
@@ -93,6 +94,30 @@ class Sweep:
         """Return the sweep that ends after so many steps, a whole number of segments; canonical configs differ."""
         clock = replace(self.clock, segments=steps // self.clock.segment_steps)
         return replace(self, clock=clock)
+
+    def without_effort(self) -> Sweep:
+        """Return the sweep whose cells all end together."""
+        return replace(self, config=self.config.model_copy(update={"effort": None}))
+
+    def steps_at(self, horizon: float) -> int:
+        """Return the steps of a horizon, a time from t = 0, whole segments beyond the transient.
+
+        Raises
+        ------
+        ConfigError
+            If nothing is stored there.
+        """
+        clock = self.clock
+        length = clock.segment_steps * clock.dt
+        first, last, segments = clock.transient_segments + 1, clock.segments, horizon / length
+        whole = round(segments)
+        if abs(segments - whole) <= 1e-9 * max(1.0, segments) and first <= whole <= last:
+            return whole * clock.segment_steps
+        low = min(max(math.floor(segments), first), last)
+        near = sorted({low, min(max(math.ceil(segments), first), last)})
+        what = f"nothing is stored at a horizon of {horizon:g}{self.unit_of_time}"
+        ends = f"it may be {first * length:g} to {last * length:g} in steps of {length:g}"
+        raise ConfigError(what, possible=f"nearest {' and '.join(f'{n * length:g}' for n in near)}; {ends}")
 
     @property
     def most_steps(self) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,10 @@ def write_outcome(
     StoppedError
         If `stopped()` became true, asked before each block.
     """
-    sweep = shards.sweep if horizon is None else shards.sweep.until(horizon)
+    sweep = shards.sweep
+    if horizon is not None:
+        sweep = sweep.until(horizon)
+        shards = replace(shards, sweep=shards.sweep.without_effort())
     variables = {v: _attributes(sweep, v) for v in _told(sweep, horizon)}
     waiting: dict[int, int] = {}
     write_result(
