@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from quavsweep.analysis.event import Event, crossings, locate
+from quavsweep.analysis.event import Event, crossings, locate, slope
 from quavsweep.clock import Clock
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
@@ -154,8 +154,8 @@ class SampleWatcher(Watcher):
             index, at = scene.state(samples.section.of), samples.section.at
             self._crossings = Crossings(scene, lambda u, c: u[index] - at, samples.section.direction, first, _END)
         else:
-            slope = _slope(scene, scene.state(samples.maxima or scene.model.state_names[0]))
-            self._crossings = Crossings(scene, slope, "down", first, _END)
+            event = slope(scene.program, scene.state(samples.maxima or scene.model.state_names[0]))
+            self._crossings = Crossings(scene, event, "down", first, _END)
 
     def see(self, chunk: Chunk) -> None:
         """Mark the crossings of a chunk."""
@@ -178,7 +178,7 @@ class PeakWatcher(Watcher):
     def __init__(self, scene: Scene, peak: Peak) -> None:
         self._scene, self._last = scene, peak.hold(scene.clock)
         self._states = [scene.state(name) for name in peak.of]
-        self._turns = [Crossings(scene, _slope(scene, i), "both", 0, self._last) for i in self._states]
+        self._turns = [Crossings(scene, slope(scene.program, i), "both", 0, self._last) for i in self._states]
 
     def see(self, chunk: Chunk) -> None:
         """Mark the turns of a chunk, and look at the ends of the window."""
@@ -239,17 +239,6 @@ class FirstTimeWatcher(Watcher):
 
 
 _END = 2**62  # a window that the run ends
-
-
-def _slope(scene: Scene, index: int) -> Event:
-    """Return the event that a state turns."""
-    program = scene.program
-
-    def slope(u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        (value,) = program.evaluate([program.rhs[index]], program.names(u, coefficients))
-        return np.broadcast_to(value, u.shape[1:])
-
-    return slope
 
 
 def make_watchers(measures: Measures, scene: Scene) -> list[Watcher]:

@@ -131,14 +131,14 @@ class Program:
         """What evaluations so far have needed, because finding it takes longer than a few operations on arrays."""
         return {}
 
-    def coefficient_values(self, parameters: Sequence[np.ndarray], scale: float = 1.0) -> np.ndarray:
+    def coefficient_values(self, parameters: Sequence[np.ndarray], scale: float | np.ndarray = 1.0) -> np.ndarray:
         """Return the coefficients of n cells.
 
         Parameters
         ----------
         parameters : sequence of (n,) arrays
             In the model's order and units.
-        scale : float
+        scale : float or (n,) float64
             The unit of time h [time unit of the model].
 
         Returns
