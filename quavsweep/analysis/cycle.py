@@ -24,7 +24,7 @@ from quavsweep.analysis.returns import (
     shortest,
     size,
 )
-from quavsweep.analysis.shooting import METHOD, Closed, Shooting, floquet
+from quavsweep.analysis.shooting import METHOD, Closed, Shooting, floquet, grade
 from quavsweep.analysis.tube import UNIT, examine_tube
 from quavsweep.clock import Clock
 from quavsweep.codes import CycleSymmetry
@@ -32,8 +32,9 @@ from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
 from quavsweep.models import Model
 
-RATIO = 2  # steps of a method of low order that one of order 8 takes at once
+RATIO = 4  # steps of a method of low order that one of order 8 takes at once where that need not be exact
 ATTEMPTS = 3  # guesses of the period: the first, its divisor or double, and once more
+SPARSE = 4  # steps of a stretch of which one is enough to see how far an orbit goes
 SAME = 1e-6  # distance in amplitudes below which two exact hits are one
 SHRUNK = 0.1  # a closed orbit smaller than this share of the recorded one is an equilibrium's spiral
 REST = 1e-8  # amplitude against 1 + |u| of a forced orbit that rests
@@ -134,7 +135,7 @@ class CycleSearch:
             None if self._forced else self._event,
             model.state_names.index(section.of) if section else 0,
             section is None or section.at is None,
-            2.0 * self._step,
+            self._step if self._step > self._dt else 2.0 * self._dt,
         )
 
     @property
@@ -155,16 +156,15 @@ class CycleSearch:
         """
         cycles = Cycles.none(*u.shape)
         with np.errstate(all="ignore"):
-            cells, hits, amplitude = self._stretch(u, parameters, steps)
-            own = [p[cells] for p in parameters]
+            hits, amplitude = self._stretch(u, parameters, steps)
             count = nearest_return(hits, amplitude, self._circle)
             for _ in range(ATTEMPTS):
                 open_ = np.flatnonzero(count)
                 if not open_.size:
                     break
                 some = Hits(hits.count[open_], hits.time[open_], hits.state[open_])
-                found, again = self._attempt(some, amplitude[open_], [p[open_] for p in own], count[open_])
-                cycles.put(cells[open_], found, found.found)
+                found, again = self._attempt(some, amplitude[open_], [p[open_] for p in parameters], count[open_])
+                cycles.put(open_, found, found.found)
                 count[open_] = again
         return cycles
 
@@ -183,53 +183,36 @@ class CycleSearch:
             if self._forced:
                 multiple = np.maximum(np.rint(period / self._forcing(parameters)).astype(int), 1)
             amplitude = np.empty_like(u)
-            for count in np.unique(steps := np.ceil(period / self._step).astype(int)):
-                cells = np.flatnonzero(steps == count)
-                own = [p[cells] for p in parameters]
-                for part, states in self._flow.record(METHOD, u[cells], own, period[cells] / count, int(count)):
-                    amplitude[cells[part]] = amplitudes(states, self._circle)
+            steps = grade(period / self._step)
+            for cells, states in self._flow.record(METHOD, u, parameters, period, steps):
+                amplitude[cells] = amplitudes(states, self._circle)
             closed = self._shooting.close(u, period, parameters, amplitude, multiple)
-            return self._describe(closed, self._tour(closed, parameters, multiple), multiple)
+            return self._describe(closed, self._tour(closed, parameters, multiple), *floquet(closed))
 
-    def _stretch(
-        self, u: np.ndarray, parameters: Sequence[np.ndarray], steps: int
-    ) -> tuple[np.ndarray, Hits, np.ndarray]:
-        """Follow orbits for so many steps; return cells in some order, their hits and amplitudes."""
-        all_cells, times, states, amplitude = [], [], [], []
-        n, per_period = len(u), np.zeros(len(u), dtype=int)
+    def _stretch(self, u: np.ndarray, parameters: Sequence[np.ndarray], steps: int) -> tuple[Hits, np.ndarray]:
+        """Follow orbits for so many steps of the sweep; return their hits and amplitudes."""
+        n = len(u)
+        counts, time, every = np.full(n, -(-steps * self._dt // self._step), dtype=int), np.empty(n), np.zeros(n, int)
         if self._forced:
-            per_period = np.ceil(self._forcing(parameters) / self._step * (1 - 1e-9)).astype(int)
-        for every in np.unique(per_period):
-            group = np.flatnonzero(per_period == every)
-            own = [p[group] for p in parameters]
-            count = int(np.ceil(steps * self._dt / self._step))
-            step_ = np.full(group.size, self._step)
-            if every:
-                count = max(1, count // int(every)) * int(every)
-                step_ = self._forcing(own) / every
-            c = self._program.coefficient_values(own)
-            for part, table in self._flow.record(METHOD, u[group], own, step_, count):
-                amplitude.append((group[part], amplitudes(table, self._circle)))
-                if every:
-                    at, column = np.tile(np.arange(0, count + 1, every), part.size), np.repeat(
-                        np.arange(part.size), count // every + 1
-                    )
-                    time, state = at * step_[part][column], table[at, :, column]
-                else:
-                    at, column = crossed(self._event, self._direction, table, c[:, part])
-                    pair = (table[at, :, column], table[at + 1, :, column])
-                    time, state = between(self._program, self._event, pair, c[:, part[column]], step_[part[column]])
-                    time = time + at * step_[part[column]]
-                all_cells.append(group[part[column]])
-                times.append(time)
-                states.append(state)
-        cells, time, state = (np.concatenate(x) if x else np.zeros(0) for x in (all_cells, times, states))
-        sizes = np.ones_like(u)
-        for part, value in amplitude:
-            sizes[part] = value
-        order = np.argsort(cells, kind="stable")
-        hits = collect(cells[order].astype(int), time[order], state[order].reshape(-1, u.shape[1]), n)
-        return np.arange(n), hits, sizes
+            period = self._forcing(parameters)
+            every = np.ceil(period / self._step * (1 - ROUNDING)).astype(int)
+            counts = np.maximum(counts // every, 1) * every
+            time[:] = counts // every * period
+        else:
+            time[:] = counts * self._step
+        dt, c = time / counts, self._program.coefficient_values(parameters)
+        amplitude, lists = np.empty_like(u), _Lists(u.shape[1])
+        for cells, states in self._flow.record(METHOD, u, parameters, time, counts):
+            amplitude[cells] = amplitudes(states[::SPARSE], self._circle)
+            if self._forced:
+                lists.add(*_strobed(states, every[cells], cells, dt[cells]))
+                continue
+            at, column = crossed(self._event, self._direction, states, c[:, cells])
+            where = cells[column]
+            pair = (states[at, :, column], states[at + 1, :, column])
+            later, state = between(self._program, self._event, pair, c[:, where], dt[where])
+            lists.add(where, later + at * dt[where], state)
+        return lists.table(n), amplitude
 
     def _attempt(
         self, hits: Hits, amplitude: np.ndarray, parameters: Sequence[np.ndarray], count: np.ndarray
@@ -241,16 +224,17 @@ class CycleSearch:
         if self._forced:
             period = self._forcing(parameters) * count
         closed = self._shooting.close(last, period, parameters, amplitude, count if self._forced else np.ones_like(count))
-        tour = self._tour(closed, parameters, count)
-        cycles = self._describe(closed, tour, count)
-        again = np.where(closed.found & (cycles.hits < tour.hits.count), cycles.hits, 0)
-        sizes = np.abs(cycles.multipliers)
+        multipliers, exponents = floquet(closed)
+        sizes = np.abs(multipliers)
         if not self._forced:
-            neutral = np.argmin(np.abs(cycles.multipliers - 1.0), axis=1)
-            sizes[rows, neutral] = 0.0
+            sizes[rows, np.argmin(np.abs(multipliers - 1.0), axis=1)] = 0.0
         radius = sizes.max(axis=1)
-        doubled = closed.found & (again == 0) & (cycles.multipliers.real.min(axis=1) <= -UNIT)
-        again = np.where(doubled & (hits.count > 2 * count) & (2 * count < MOST_HITS), 2 * count, again)
+        doubled = closed.found & (multipliers.real.min(axis=1) <= -UNIT)
+        again = np.where(doubled & (hits.count > 2 * count) & (2 * count < MOST_HITS), 2 * count, 0)
+        closed.found[:] &= radius < UNIT
+        tour = self._tour(closed, parameters, count)
+        cycles = self._describe(closed, tour, multipliers, exponents)
+        again = np.where(closed.found & (cycles.hits < tour.hits.count), cycles.hits, again)
         real = closed.found & (again == 0) & (size(tour.amplitude, amplitude) >= SHRUNK) | cycles.resting
         scale = np.where(cycles.resting[:, None], REST_SCALE * (1.0 + np.abs(closed.point)), tour.amplitude)
         multiple = count if self._forced else None
@@ -264,61 +248,66 @@ class CycleSearch:
     def _tour(self, closed: Closed, parameters: Sequence[np.ndarray], multiple: np.ndarray) -> _Tour:
         """Go round closed orbits once, beginning half a step behind the point, so that it is hit within a step."""
         n, dimension = closed.point.shape
-        amplitude = np.ones((n, dimension))
-        symmetric = np.zeros(n, dtype=bool)
-        lists: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        mirrored: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        for count in np.unique(closed.steps[closed.found]):
-            group = np.flatnonzero(closed.found & (closed.steps == count))
-            own = [p[group] for p in parameters]
-            c, dt = self._program.coefficient_values(own), closed.period[group] / count
-            start = closed.point[group]
-            if not self._forced:
-                start = step(self._program, METHOD, 0.5 * dt, start.T, c).T
-            for part, states in self._flow.record(METHOD, start, own, dt, int(count)):
-                cells = group[part]
-                amplitude[cells] = amplitudes(states, self._circle)
-                if self._forced:
-                    for j, cell in enumerate(cells):
-                        at = np.arange(multiple[cell]) * (count // multiple[cell])
-                        lists.append((np.full(at.size, cell), at * dt[part[j]], states[at, :, j]))
-                        mirrored += [(np.full(1, cell), np.zeros(1), states[:1, :, j] * s) for s in self._signs]
-                    continue
-                lists.append(self._exact(self._event, states, c[:, part], dt[part], cells))
-                mirrored += [self._mirrored(s, states, c[:, part], dt[part], cells) for s in self._signs]
-        hits = _table(lists, n, dimension)
+        group = np.flatnonzero(closed.found)
+        own, period, steps = [p[group] for p in parameters], closed.period[group], closed.steps[group]
+        c, dt, start = self._program.coefficient_values(own), period / steps, closed.point[group]
+        if not self._forced:
+            start = step(self._program, METHOD, 0.5 * dt, start.T, c).T
+        amplitude, lists = np.ones((n, dimension)), _Lists(dimension)
+        marked: list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = [[] for _ in (None, *self._signs)]
+        for part, states in self._flow.record(METHOD, start, own, period, steps):
+            amplitude[group[part]] = amplitudes(states, self._circle)
+            if self._forced:
+                every = steps[part] // multiple[group[part]]
+                lists.add(*_strobed(states[:-1], every, group[part], dt[part]))
+                continue
+            for found, signs in zip(marked, (None, *self._signs), strict=True):
+                at, column = crossed(self._seen(signs), self._direction, states, c[:, part])
+                if signs is not None:  # one hit of the mirror image tells
+                    column, first = np.unique(column, return_index=True)
+                    at = at[first]
+                found.append((part[column], at, states[at, :, column]))
+        if not self._forced:
+            lists.add(*self._exact(None, marked[0], group, c, dt))
+        hits = lists.table(n)
         hits.state[...] = self._wrapped(hits.state)
-        for cells, _, states in mirrored:
-            away = size(shortest(hits.state[cells] - states[:, None, :], self._circle), amplitude[cells][:, None, :])
-            symmetric[cells[np.nanmin(away, axis=1, initial=np.inf) <= SAME]] = True
+        symmetric = np.zeros(n, dtype=bool)
+        for found, signs in zip(marked[1:], self._signs, strict=True):
+            if self._forced:
+                cells, state = group, closed.point[group]
+            else:
+                cells, _, state = self._exact(signs, found, group, c, dt)
+            away = shortest(hits.state[cells] - (signs * state)[:, None, :], self._circle)
+            near = size(away, amplitude[cells][:, None, :]) <= SAME
+            symmetric[cells[near.any(axis=1)]] = True
         symmetry = np.where(symmetric, CycleSymmetry.SYMMETRIC, CycleSymmetry.MIRRORED).astype(np.int8)
         return _Tour(hits, amplitude, symmetry if self._signs else np.zeros(n, dtype=np.int8))
 
+    def _seen(self, signs: np.ndarray | None) -> Event:
+        """Return the event of the section, or of its mirror image."""
+        if signs is None:
+            return self._event
+        return lambda u, c: self._event(u * signs.reshape(-1, *[1] * (u.ndim - 1)), c)
+
     def _exact(
-        self, event: Event, states: np.ndarray, coefficients: np.ndarray, dt: np.ndarray, cells: np.ndarray
+        self,
+        signs: np.ndarray | None,
+        marked: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]],
+        group: np.ndarray,
+        coefficients: np.ndarray,
+        dt: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return cells, times and states of the hits of a recorded stretch, (1 + steps, D, m), to rounding."""
-        at, column = crossed(event, self._direction, states, coefficients)
-        begin = np.ascontiguousarray(states[at, :, column].T)
-        time, state = locate(self._program, METHOD, dt[column], event, begin, coefficients[:, column])
-        return cells[column], time + at * dt[column], state.T
+        """Return cells, times and states of hits to rounding, from the steps in which they happen."""
+        if not marked:
+            return np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, len(self._circle)))
+        part, at, begin = (np.concatenate(pieces) for pieces in zip(*marked, strict=True))
+        event, c = self._seen(signs), coefficients[:, part]
+        time, state = locate(self._program, METHOD, dt[part], event, np.ascontiguousarray(begin.T), c)
+        return group[part], time + at * dt[part], state.T
 
-    def _mirrored(
-        self, signs: np.ndarray, states: np.ndarray, coefficients: np.ndarray, dt: np.ndarray, cells: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return a hit of each orbit's mirror image, as far as it has one."""
-
-        def event(u: np.ndarray, c: np.ndarray) -> np.ndarray:
-            return self._event(u * signs.reshape(-1, *[1] * (u.ndim - 1)), c)
-
-        cell, time, state = self._exact(event, states, coefficients, dt, cells)
-        cell, first = np.unique(cell, return_index=True)
-        return cell, time[first], state[first] * signs
-
-    def _describe(self, closed: Closed, tour: _Tour, multiple: np.ndarray) -> Cycles:
+    def _describe(self, closed: Closed, tour: _Tour, multipliers: np.ndarray, exponents: np.ndarray) -> Cycles:
         """Return closed orbits as cycles, with the hits of their least period."""
         cycles = Cycles.none(*closed.point.shape)
-        multipliers, exponents = floquet(closed)
         least = self._least(tour)
         cycles.found[:] = closed.found & (least > 0)
         cycles.hits[:] = least
@@ -357,12 +346,29 @@ class CycleSearch:
         return np.broadcast_to(np.asarray(period(**wanted), dtype=float), (len(parameters[0]),))
 
 
-def _table(lists: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], n: int, dimension: int) -> Hits:
-    """Return the table of hits that were found in parts."""
-    empty = (np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, dimension)))
-    cells, times, states = (np.concatenate(part) for part in zip(empty, *lists, strict=True))
-    order = np.lexsort((times, cells))
-    return collect(cells[order], times[order], states[order], n)
+class _Lists:
+    """Hits that are found in parts: cells, times and states."""
+
+    def __init__(self, dimension: int) -> None:
+        self._parts = [(np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, dimension)))]
+
+    def add(self, cells: np.ndarray, times: np.ndarray, states: np.ndarray) -> None:
+        """Add hits in any order."""
+        self._parts.append((cells, times, states))
+
+    def table(self, n: int) -> Hits:
+        """Return the table of the last hits of n cells."""
+        cells, times, states = (np.concatenate(part) for part in zip(*self._parts, strict=True))
+        order = np.lexsort((times, cells))
+        return collect(cells[order], times[order], states[order], n)
+
+
+def _strobed(
+    states: np.ndarray, every: np.ndarray, cells: np.ndarray, dt: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return cells, times and states at phase 0, from states (steps, D, m) and the steps of a forcing's period."""
+    at, column = np.nonzero(np.arange(len(states))[:, None] % every == 0)
+    return cells[column], at * dt[column], states[at, :, column]
 
 
 def _last(hits: Hits, amplitude: np.ndarray) -> np.ndarray:

@@ -12,8 +12,9 @@ from quavsweep.kernels.program import Program
 from quavsweep.models import Model
 
 MOST_HITS = 64  # the last hits of a stretch that are compared, so no cycle of more hits is found
-NEAR = 1e-3  # distance of two hits, in units of the orbit's amplitude, at which they may be one point of a cycle
-SETTLING = 10.0  # an orbit that settles may have been this many times farther from its cycle one hit before
+NEAR = 5e-4  # distance of two hits, in units of the orbit's amplitude, at which they may be one point of a cycle
+SETTLING = 1.2  # how much farther than the return a period before one may be
+NOISE = 1e-6  # of returns, because hits are interpolated
 LIKE = 4.0  # returns within this factor of the nearest one count as good as it, so that the first of them is the period
 ROUNDING = 1e-9  # hits nearer than this are one; the least amplitude against 1 + |u|
 
@@ -127,8 +128,9 @@ def collect(cells: np.ndarray, times: np.ndarray, states: np.ndarray, n: int) ->
     total = np.bincount(cells, minlength=n)
     rank = np.cumsum(total)[cells] - 1 - np.arange(cells.size)
     kept = rank < MOST_HITS
-    time = np.full((n, MOST_HITS), np.nan)
-    state = np.full((n, MOST_HITS, states.shape[-1]), np.nan)
+    most = max(1, min(MOST_HITS, int(total.max(initial=0))))
+    time = np.full((n, most), np.nan)
+    state = np.full((n, most, states.shape[-1]), np.nan)
     time[cells[kept], rank[kept]] = times[kept]
     state[cells[kept], rank[kept]] = states[kept]
     return Hits(np.minimum(total, MOST_HITS), time, state)
@@ -137,18 +139,19 @@ def collect(cells: np.ndarray, times: np.ndarray, states: np.ndarray, n: int) ->
 def nearest_return(hits: Hits, amplitude: np.ndarray, circle: np.ndarray) -> np.ndarray:
     """Return after how many hits an orbit nearly comes back to its last one, (n,) int; 0 where it does not.
 
-    A return counts if it is near, if the hit before came back almost as near, and it is the first that is about as
-    near as the nearest: for an orbit that settles on a cycle that is one period.
+    A return counts if it is near, and not farther than the one a period before, which tells it from most chance
+    returns of chaotic orbits; so two periods are needed. Of these the first is taken that is about as near as the nearest: for an orbit that
+    settles on a cycle that is one period.
     """
-    distance = _distances(hits.state, amplitude, circle)
-    before = _distances(hits.state[:, 1:], amplitude, circle)
-    before = np.concatenate([before, np.full((len(before), 1), np.nan)], axis=1)
-    distance = np.where((distance <= NEAR) & ~(before > SETTLING * NEAR), distance, np.inf)
-    least = distance.min(axis=1)
-    first = np.argmax(distance <= np.maximum(LIKE * least, ROUNDING)[:, None], axis=1) + 1
-    return np.where(np.isfinite(least), first, 0)
-
-
-def _distances(states: np.ndarray, amplitude: np.ndarray, circle: np.ndarray) -> np.ndarray:
-    """Return the distances of the first states (n, K, D) to each of the others, (n, K - 1); NaN without hits."""
-    return size(shortest(states[:, 1:] - states[:, :1], circle), amplitude[:, None, :])
+    states = hits.state
+    distance = size(shortest(states[:, 1:] - states[:, :1], circle), amplitude[:, None, :])
+    distance = np.where(distance <= NEAR, distance, np.inf)
+    cells, column = np.nonzero(np.isfinite(distance))
+    twice = np.minimum(2 * (column + 1), states.shape[1] - 1)
+    earlier = size(shortest(states[cells, column + 1] - states[cells, twice], circle), amplitude[cells])
+    settles = distance[cells, column] <= np.maximum(SETTLING * earlier, NOISE)
+    settles &= (twice == 2 * (column + 1)) & np.isfinite(earlier)
+    distance[cells[~settles], column[~settles]] = np.inf
+    least = distance.min(axis=1, initial=np.inf)
+    first = np.cumsum(distance <= np.maximum(LIKE * least, ROUNDING)[:, None], axis=1) == 0
+    return np.where(np.isfinite(least), first.sum(axis=1) + 1, 0)

@@ -214,13 +214,6 @@ def _runs(
     steps: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Run the method over a period; return how far from the cycle it ends, and the norm of the derivative."""
-    distance, stretched = np.full((2, len(steps)), np.inf)
-    for count in np.unique(steps):
-        cells = np.flatnonzero(steps == count)
-        own = [p[cells] for p in parameters]
-        end, derivative, _ = flow.tangent(method, start[cells], own, closed.period[cells] / count, int(count))
-        velocity = flow.velocity(end, own) if frame.heading is not None else np.zeros_like(end)
-        part = frame.take(cells)
-        distance[cells] = part.distance(end, velocity)
-        stretched[cells] = part.stretching(derivative, velocity)
-    return distance, stretched
+    end, derivative, _ = flow.tangent(method, start, parameters, closed.period, steps)
+    velocity = flow.velocity(end, parameters) if frame.heading is not None else np.zeros_like(end)
+    return frame.distance(end, velocity), frame.stretching(derivative, velocity)
