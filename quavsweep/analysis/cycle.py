@@ -8,26 +8,25 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from quavsweep.analysis.event import Event, locate, step
 from quavsweep.analysis.flow import Flow
 from quavsweep.analysis.returns import (
     MOST_HITS,
     ROUNDING,
+    HitList,
     Hits,
     amplitudes,
     between,
     circles,
-    collect,
     crossed,
     nearest_return,
     section_of,
-    shortest,
     size,
+    strobed,
 )
 from quavsweep.analysis.shooting import METHOD, Closed, Shooting, floquet, grade
+from quavsweep.analysis.tour import Guide, Tour
 from quavsweep.analysis.tube import UNIT, examine_tube
 from quavsweep.clock import Clock
-from quavsweep.codes import CycleSymmetry
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
 from quavsweep.models import Model
@@ -35,7 +34,6 @@ from quavsweep.models import Model
 RATIO = 4  # steps of a method of low order that one of order 8 takes at once where that need not be exact
 ATTEMPTS = 3  # guesses of the period: the first, its divisor or double, and once more
 SPARSE = 4  # steps of a stretch of which one is enough to see how far an orbit goes
-SAME = 1e-6  # distance in amplitudes below which two exact hits are one
 SHRUNK = 0.1  # a closed orbit smaller than this share of the recorded one is an equilibrium's spiral
 REST = 1e-8  # amplitude against 1 + |u| of a forced orbit that rests
 REST_SCALE = 1e-2  # unit of length around such a rest, against 1 + |u|
@@ -97,12 +95,16 @@ class Cycles:
 
 
 @dataclass(frozen=True)
-class _Tour:
-    """One period of n closed orbits: exact hits, amplitudes, and whether their mirror images are the same orbit."""
+class _Stretch:
+    """What n orbits did: their hits and amplitudes, and the step with which they were followed."""
 
     hits: Hits
     amplitude: np.ndarray
-    symmetry: np.ndarray
+    dt: np.ndarray
+
+    def take(self, cells: np.ndarray) -> _Stretch:
+        """Return those of some cells."""
+        return _Stretch(self.hits.take(cells), self.amplitude[cells], self.dt[cells])
 
 
 class CycleSearch:
@@ -127,7 +129,9 @@ class CycleSearch:
         self._step = self._dt * (1 if method.order >= METHOD.order else RATIO)
         self._event, self._direction = section_of(model, program)
         self._circle = circles(model)
-        self._signs = [np.array(s, dtype=float) for s in model.symmetries if any(sign != 1 for sign in s)]
+        self._forced = model.forcing_period is not None
+        signs = [np.array(s, dtype=float) for s in model.symmetries if any(sign != 1 for sign in s)]
+        self._guide = Guide(self._flow, self._event, self._direction, signs, self._circle, self._forced)
         section = model.section
         self._shooting = Shooting(
             self._flow,
@@ -135,12 +139,8 @@ class CycleSearch:
             None if self._forced else self._event,
             model.state_names.index(section.of) if section else 0,
             section is None or section.at is None,
-            self._step if self._step > self._dt else 2.0 * self._dt,
+            max(self._step, 2.0 * self._dt),
         )
-
-    @property
-    def _forced(self) -> bool:
-        return self._model.forcing_period is not None
 
     def find(self, u: np.ndarray, parameters: Sequence[np.ndarray], steps: int) -> Cycles:
         """Return the stable cycles in whose tubes orbits are.
@@ -156,16 +156,15 @@ class CycleSearch:
         """
         cycles = Cycles.none(*u.shape)
         with np.errstate(all="ignore"):
-            hits, amplitude = self._stretch(u, parameters, steps)
-            count = nearest_return(hits, amplitude, self._circle)
+            stretch = self._follow(u, parameters, steps)
+            count = nearest_return(stretch.hits, stretch.amplitude, self._circle)
             for _ in range(ATTEMPTS):
                 open_ = np.flatnonzero(count)
                 if not open_.size:
                     break
-                some = Hits(hits.count[open_], hits.time[open_], hits.state[open_])
-                found, again = self._attempt(some, amplitude[open_], [p[open_] for p in parameters], count[open_])
+                own = [p[open_] for p in parameters]
+                found, count[open_] = self._attempt(stretch.take(open_), own, count[open_])
                 cycles.put(open_, found, found.found)
-                count[open_] = again
         return cycles
 
     def close(self, u: np.ndarray, period: np.ndarray, parameters: Sequence[np.ndarray]) -> Cycles:
@@ -187,155 +186,101 @@ class CycleSearch:
             for cells, states in self._flow.record(METHOD, u, parameters, period, steps):
                 amplitude[cells] = amplitudes(states, self._circle)
             closed = self._shooting.close(u, period, parameters, amplitude, multiple)
-            return self._describe(closed, self._tour(closed, parameters, multiple), *floquet(closed))
+            return self._describe(closed, self._guide.tour(closed, parameters, multiple), *floquet(closed))
 
-    def _stretch(self, u: np.ndarray, parameters: Sequence[np.ndarray], steps: int) -> tuple[Hits, np.ndarray]:
-        """Follow orbits for so many steps of the sweep; return their hits and amplitudes."""
-        n = len(u)
-        counts, time, every = np.full(n, -(-steps * self._dt // self._step), dtype=int), np.empty(n), np.zeros(n, int)
-        if self._forced:
-            period = self._forcing(parameters)
-            every = np.ceil(period / self._step * (1 - ROUNDING)).astype(int)
-            counts = np.maximum(counts // every, 1) * every
-            time[:] = counts // every * period
-        else:
-            time[:] = counts * self._step
+    def _follow(self, u: np.ndarray, parameters: Sequence[np.ndarray], steps: int) -> _Stretch:
+        """Follow orbits for so many steps of the sweep."""
+        counts, time, every = self._times(len(u), parameters, steps)
         dt, c = time / counts, self._program.coefficient_values(parameters)
-        amplitude, lists = np.empty_like(u), _Lists(u.shape[1])
+        amplitude, hits = np.empty_like(u), HitList(u.shape[1])
         for cells, states in self._flow.record(METHOD, u, parameters, time, counts):
             amplitude[cells] = amplitudes(states[::SPARSE], self._circle)
             if self._forced:
-                lists.add(*_strobed(states, every[cells], cells, dt[cells]))
+                at, column = strobed(states, every[cells])
+                state = states[at, :, column]
+                hits.add(cells[column], at * dt[cells[column]], state, state)
                 continue
             at, column = crossed(self._event, self._direction, states, c[:, cells])
-            where = cells[column]
-            pair = (states[at, :, column], states[at + 1, :, column])
+            where, begin = cells[column], states[at, :, column]
+            pair = (begin, states[at + 1, :, column])
             later, state = between(self._program, self._event, pair, c[:, where], dt[where])
-            lists.add(where, later + at * dt[where], state)
-        return lists.table(n), amplitude
+            hits.add(where, later + at * dt[where], state, begin)
+        return _Stretch(hits.table(len(u)), amplitude, dt)
+
+    def _times(self, n: int, parameters: Sequence[np.ndarray], steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return for a stretch of so many steps of the sweep: long steps, its length, long steps in a forcing."""
+        count = max(1, round(steps * self._dt / self._step))
+        counts = np.full(n, count)
+        if not self._forced:
+            return counts, counts * self._step, counts
+        period = self._forcing(parameters)
+        every = np.ceil(period / self._step * (1 - ROUNDING)).astype(int)
+        times = np.maximum(counts // every, 1)
+        return times * every, times * period, every
 
     def _attempt(
-        self, hits: Hits, amplitude: np.ndarray, parameters: Sequence[np.ndarray], count: np.ndarray
+        self, stretch: _Stretch, parameters: Sequence[np.ndarray], count: np.ndarray
     ) -> tuple[Cycles, np.ndarray]:
         """Close orbits after so many hits, (n,) int; return what is certified, and the number to try next or 0."""
-        rows = np.arange(len(count))
-        last, before = hits.state[:, 0], hits.state[rows, count]
-        period = hits.time[:, 0] - hits.time[rows, count]
+        hits, rows = stretch.hits, np.arange(len(count))
+        period, multiple = hits.time[:, 0] - hits.time[rows, count], np.ones_like(count)
         if self._forced:
-            period = self._forcing(parameters) * count
-        closed = self._shooting.close(last, period, parameters, amplitude, count if self._forced else np.ones_like(count))
+            period, multiple = self._forcing(parameters) * count, count
+        closed = self._shooting.close(hits.state[:, 0], period, parameters, stretch.amplitude, multiple)
         multipliers, exponents = floquet(closed)
-        sizes = np.abs(multipliers)
-        if not self._forced:
-            sizes[rows, np.argmin(np.abs(multipliers - 1.0), axis=1)] = 0.0
-        radius = sizes.max(axis=1)
+        radius = self._radius(multipliers)
         doubled = closed.found & (multipliers.real.min(axis=1) <= -UNIT)
         again = np.where(doubled & (hits.count > 2 * count) & (2 * count < MOST_HITS), 2 * count, 0)
         closed.found[:] &= radius < UNIT
-        tour = self._tour(closed, parameters, count)
+        tour = self._guide.tour(closed, parameters, multiple)
         cycles = self._describe(closed, tour, multipliers, exponents)
-        again = np.where(closed.found & (cycles.hits < tour.hits.count), cycles.hits, again)
-        real = closed.found & (again == 0) & (size(tour.amplitude, amplitude) >= SHRUNK) | cycles.resting
+        again = np.where(closed.found & (tour.least < tour.hits.count), tour.least, again)
+        large = size(tour.amplitude, stretch.amplitude) >= SHRUNK
+        closed.found[:] &= (again == 0) & (tour.least > 0) & (large | cycles.resting)
         scale = np.where(cycles.resting[:, None], REST_SCALE * (1.0 + np.abs(closed.point)), tour.amplitude)
-        multiple = count if self._forced else None
-        closed.found[:] = real
-        tube = examine_tube(
-            self._flow, self._method, self._dt, closed, radius, scale, self._circle, parameters, (last, before), multiple
-        )
-        cycles.found[:] = tube.inside
+        near = self._near(closed.found, stretch, parameters, count)
+        cycles.found[:] = examine_tube(
+            self._flow,
+            self._method,
+            self._dt,
+            closed,
+            radius,
+            scale,
+            self._circle,
+            parameters,
+            near,
+            multiple if self._forced else None,
+        ).inside
         return cycles, again
 
-    def _tour(self, closed: Closed, parameters: Sequence[np.ndarray], multiple: np.ndarray) -> _Tour:
-        """Go round closed orbits once, beginning half a step behind the point, so that it is hit within a step."""
-        n, dimension = closed.point.shape
-        group = np.flatnonzero(closed.found)
-        own, period, steps = [p[group] for p in parameters], closed.period[group], closed.steps[group]
-        c, dt, start = self._program.coefficient_values(own), period / steps, closed.point[group]
+    def _near(
+        self, which: np.ndarray, stretch: _Stretch, parameters: Sequence[np.ndarray], count: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the last hits and those `count` before, (n, D), of the cells that are asked for exactly."""
+        hits, rows = stretch.hits, np.arange(len(count))
+        near = hits.state[:, 0].copy(), hits.state[rows, count]
         if not self._forced:
-            start = step(self._program, METHOD, 0.5 * dt, start.T, c).T
-        amplitude, lists = np.ones((n, dimension)), _Lists(dimension)
-        marked: list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = [[] for _ in (None, *self._signs)]
-        for part, states in self._flow.record(METHOD, start, own, period, steps):
-            amplitude[group[part]] = amplitudes(states, self._circle)
-            if self._forced:
-                every = steps[part] // multiple[group[part]]
-                lists.add(*_strobed(states[:-1], every, group[part], dt[part]))
-                continue
-            for found, signs in zip(marked, (None, *self._signs), strict=True):
-                at, column = crossed(self._seen(signs), self._direction, states, c[:, part])
-                if signs is not None:  # one hit of the mirror image tells
-                    column, first = np.unique(column, return_index=True)
-                    at = at[first]
-                found.append((part[column], at, states[at, :, column]))
+            cells = np.flatnonzero(which)
+            c = self._program.coefficient_values([p[cells] for p in parameters])
+            for state, column in zip(near, (np.zeros_like(cells), count[cells]), strict=True):
+                state[cells] = self._guide.exact(hits.begin[cells, column], c, stretch.dt[cells])[1]
+        return near
+
+    def _radius(self, multipliers: np.ndarray) -> np.ndarray:
+        """Return the size of the largest multiplier but the neutral one, which forced systems do not have, (n,)."""
+        sizes = np.abs(multipliers)
         if not self._forced:
-            lists.add(*self._exact(None, marked[0], group, c, dt))
-        hits = lists.table(n)
-        hits.state[...] = self._wrapped(hits.state)
-        symmetric = np.zeros(n, dtype=bool)
-        for found, signs in zip(marked[1:], self._signs, strict=True):
-            if self._forced:
-                cells, state = group, closed.point[group]
-            else:
-                cells, _, state = self._exact(signs, found, group, c, dt)
-            away = shortest(hits.state[cells] - (signs * state)[:, None, :], self._circle)
-            near = size(away, amplitude[cells][:, None, :]) <= SAME
-            symmetric[cells[near.any(axis=1)]] = True
-        symmetry = np.where(symmetric, CycleSymmetry.SYMMETRIC, CycleSymmetry.MIRRORED).astype(np.int8)
-        return _Tour(hits, amplitude, symmetry if self._signs else np.zeros(n, dtype=np.int8))
+            neutral = np.argmin(np.abs(multipliers - 1.0), axis=1)
+            sizes[np.arange(len(sizes)), neutral] = 0.0
+        return np.asarray(sizes.max(axis=1))
 
-    def _seen(self, signs: np.ndarray | None) -> Event:
-        """Return the event of the section, or of its mirror image."""
-        if signs is None:
-            return self._event
-        return lambda u, c: self._event(u * signs.reshape(-1, *[1] * (u.ndim - 1)), c)
-
-    def _exact(
-        self,
-        signs: np.ndarray | None,
-        marked: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]],
-        group: np.ndarray,
-        coefficients: np.ndarray,
-        dt: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return cells, times and states of hits to rounding, from the steps in which they happen."""
-        if not marked:
-            return np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, len(self._circle)))
-        part, at, begin = (np.concatenate(pieces) for pieces in zip(*marked, strict=True))
-        event, c = self._seen(signs), coefficients[:, part]
-        time, state = locate(self._program, METHOD, dt[part], event, np.ascontiguousarray(begin.T), c)
-        return group[part], time + at * dt[part], state.T
-
-    def _describe(self, closed: Closed, tour: _Tour, multipliers: np.ndarray, exponents: np.ndarray) -> Cycles:
+    def _describe(self, closed: Closed, tour: Tour, multipliers: np.ndarray, exponents: np.ndarray) -> Cycles:
         """Return closed orbits as cycles, with the hits of their least period."""
-        cycles = Cycles.none(*closed.point.shape)
-        least = self._least(tour)
-        cycles.found[:] = closed.found & (least > 0)
-        cycles.hits[:] = least
-        cycles.period[:], cycles.symmetry[:] = closed.period, tour.symmetry
-        cycles.point[:] = _last(tour.hits, tour.amplitude)
-        cycles.multipliers[:], cycles.exponents[:] = multipliers, exponents
+        resting = np.zeros(len(tour.least), dtype=bool)
         if self._forced:
-            still = (tour.amplitude <= REST * (1.0 + np.abs(closed.point))).all(axis=1)
-            cycles.resting[:] = closed.found & still
-        return cycles
-
-    def _least(self, tour: _Tour) -> np.ndarray:
-        """Return after how many of the exact hits of an orbit they repeat themselves, (n,) int."""
-        hits, least = tour.hits, tour.hits.count.copy()
-        for part in range(1, int(hits.count.max(initial=0)) // 2 + 1):
-            cells = np.flatnonzero((hits.count % part == 0) & (part < least))
-            states = hits.state[cells]
-            away = size(shortest(states[:, part:] - states[:, :-part], self._circle), tour.amplitude[cells][:, None, :])
-            same = ~(away > SAME).any(axis=1)
-            least[cells[same]] = part
-        return least
-
-    def _wrapped(self, states: np.ndarray) -> np.ndarray:
-        """Return states with angles in one turn that begins a rounding error below zero."""
-        finite = np.isfinite(self._circle)
-        turn = np.where(finite, self._circle, 1.0)
-        slack = ROUNDING * turn
-        return np.where(finite, np.mod(states + slack, turn) - slack, states)
+            resting = closed.found & (tour.amplitude <= REST * (1.0 + np.abs(closed.point))).all(axis=1)
+        found = closed.found & (tour.least > 0)
+        return Cycles(found, resting, closed.period, tour.least, tour.symmetry, tour.point, multipliers, exponents)
 
     def _forcing(self, parameters: Sequence[np.ndarray]) -> np.ndarray:
         """Return the periods of the forcing, (n,)."""
@@ -344,37 +289,3 @@ class CycleSearch:
         named = dict(zip(self._model.parameter_names, parameters, strict=True))
         wanted = {name: named[name] for name in inspect.signature(period).parameters}
         return np.broadcast_to(np.asarray(period(**wanted), dtype=float), (len(parameters[0]),))
-
-
-class _Lists:
-    """Hits that are found in parts: cells, times and states."""
-
-    def __init__(self, dimension: int) -> None:
-        self._parts = [(np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, dimension)))]
-
-    def add(self, cells: np.ndarray, times: np.ndarray, states: np.ndarray) -> None:
-        """Add hits in any order."""
-        self._parts.append((cells, times, states))
-
-    def table(self, n: int) -> Hits:
-        """Return the table of the last hits of n cells."""
-        cells, times, states = (np.concatenate(part) for part in zip(*self._parts, strict=True))
-        order = np.lexsort((times, cells))
-        return collect(cells[order], times[order], states[order], n)
-
-
-def _strobed(
-    states: np.ndarray, every: np.ndarray, cells: np.ndarray, dt: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return cells, times and states at phase 0, from states (steps, D, m) and the steps of a forcing's period."""
-    at, column = np.nonzero(np.arange(len(states))[:, None] % every == 0)
-    return cells[column], at * dt[column], states[at, :, column]
-
-
-def _last(hits: Hits, amplitude: np.ndarray) -> np.ndarray:
-    """Return the hit that comes last in the order of the states, up to rounding, (n, D)."""
-    kept = np.isfinite(hits.time)
-    for i in range(hits.state.shape[2]):
-        value = np.where(kept, hits.state[:, :, i], -np.inf)
-        kept &= value >= (value.max(axis=1) - ROUNDING * amplitude[:, i])[:, None]
-    return hits.state[np.arange(len(kept)), np.argmax(kept, axis=1)]

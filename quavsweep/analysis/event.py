@@ -35,7 +35,7 @@ def crossings(before: np.ndarray, after: np.ndarray, direction: str) -> np.ndarr
     if direction == "beyond":
         return np.asarray((before <= 0) & (after > 0))
     if direction == "both":
-        return crossings(before, after, "up") | crossings(before, after, "down")
+        return np.asarray(crossings(before, after, "up") | crossings(before, after, "down"))
     return np.asarray((before < 0) & (after >= 0) if direction == "up" else (before > 0) & (after <= 0))
 
 
@@ -56,7 +56,12 @@ def step(program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, 
 
 
 def locate(
-    program: Program, method: ButcherTable, dt: float | np.ndarray, event: Event, u: np.ndarray, coefficients: np.ndarray
+    program: Program,
+    method: ButcherTable,
+    dt: float | np.ndarray,
+    event: Event,
+    u: np.ndarray,
+    coefficients: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return when, and in which state, an event happens within the step that starts at `u`.
 

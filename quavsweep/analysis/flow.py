@@ -104,9 +104,7 @@ class Flow:
         """Return the derivatives of states (n, D), exactly as the program has them."""
         return vector_field(self.program, u, self.program.coefficient_values(parameters))[0]
 
-    def _coefficients(
-        self, method: ButcherTable, parameters: Sequence[np.ndarray], dt: np.ndarray
-    ) -> np.ndarray:
+    def _coefficients(self, method: ButcherTable, parameters: Sequence[np.ndarray], dt: np.ndarray) -> np.ndarray:
         """Return the coefficients of kernels for a step of its own for each cell, (C, n)."""
         return self.program.coefficient_values(parameters, float(method.unit) * dt)
 

@@ -60,8 +60,12 @@ class Closed:
     @classmethod
     def none(cls, n: int, dimension: int) -> Closed:
         """Return n orbits that are not closed."""
-        numbers = [np.full(shape, np.nan) for shape in ((n, dimension), n, (n, dimension, dimension), n, (n, dimension), n)]
-        return cls(np.zeros(n, dtype=bool), *numbers, np.zeros(n, dtype=int))
+
+        def nan(*shape: int) -> np.ndarray:
+            return np.full((n, *shape), np.nan)
+
+        d = dimension
+        return cls(np.zeros(n, dtype=bool), nan(d), nan(), nan(d, d), nan(), nan(d), nan(), np.zeros(n, dtype=int))
 
     def put(self, cells: np.ndarray, other: Closed) -> None:
         """Write other orbits into some of these."""
