@@ -32,10 +32,11 @@ def crossings(before: np.ndarray, after: np.ndarray, direction: str) -> np.ndarr
     counted twice; an orbit that touches zero exactly there and turns back counts as well. `beyond` is a step that
     ends above zero and began at or below it.
     """
-    up = (before < 0) & (after >= 0)
-    down = (before > 0) & (after <= 0)
-    beyond = (before <= 0) & (after > 0)
-    return np.asarray({"up": up, "down": down, "both": up | down, "beyond": beyond}[direction])
+    if direction == "beyond":
+        return np.asarray((before <= 0) & (after > 0))
+    if direction == "both":
+        return np.asarray(crossings(before, after, "up") | crossings(before, after, "down"))
+    return np.asarray((before < 0) & (after >= 0) if direction == "up" else (before > 0) & (after <= 0))
 
 
 def step(program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
@@ -55,7 +56,12 @@ def step(program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, 
 
 
 def locate(
-    program: Program, method: ButcherTable, dt: float | np.ndarray, event: Event, u: np.ndarray, coefficients: np.ndarray
+    program: Program,
+    method: ButcherTable,
+    dt: float | np.ndarray,
+    event: Event,
+    u: np.ndarray,
+    coefficients: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return when, and in which state, an event happens within the step that starts at `u`.
 
