@@ -78,8 +78,12 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
 
 
 def _axes(sweep: Sweep) -> dict[str, list[str]]:
-    """Return the exact values of the axes."""
-    return {axis.name: [value.hex() for value in axis.values] for axis in sweep.grid.axes}
+    """Return the exact values of what varies."""
+    return {
+        name if name == axis.name else f"{axis.name}.{name}": [value.hex() for value in values]
+        for axis in sweep.grid.axes
+        for name, values in axis.quantities.items()
+    }
 
 
 def subject(sweep: Sweep) -> str:

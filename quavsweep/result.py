@@ -74,7 +74,8 @@ class Result:
     @property
     def variables(self) -> tuple[str, ...]:
         """Names of the variables, without coordinates."""
-        return tuple(name for name, dims in self.stored.dims.items() if name not in dims)
+        varied = self.sweep.grid.quantities
+        return tuple(name for name, dims in self.stored.dims.items() if name not in dims and name not in varied)
 
     @property
     def complete(self) -> bool:
@@ -105,11 +106,12 @@ class Result:
             where = (index[dim] if dim in index else next(rest, slice(None)) for dim in whole.dims[variable])
             return np.asarray(whole.part(variable, tuple(where)))
 
-        dims = {v: tuple(d for d in of if d not in index) for v, of in whole.dims.items() if v not in index}
+        gone = {*index, *(name for axis in self.sweep.grid.axes if axis.name in index for name in axis.quantities)}
+        dims = {v: tuple(d for d in of if d not in index) for v, of in whole.dims.items() if v not in gone}
         data = Variables(tuple(dims), read)
         axes = tuple(axis for axis in self.sweep.grid.axes if axis.name not in index)
-        chosen = {n: float(self.sweep.grid.axes[names.index(n)].values[i]) for n, i in index.items()}
-        sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *index)
+        chosen = {n: v for name, i in index.items() for n, v in self.sweep.grid.axes[names.index(name)].at(i).items()}
+        sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *chosen)
         return Result(sweep, Stored(data, dims, whole.attributes, whole.file_attributes), fixed)
 
     def to_xarray(self) -> xarray.Dataset:
@@ -120,7 +122,8 @@ class Result:
             name: xarray.Variable(dims, self.stored.data[name], self.stored.attributes[name])
             for name, dims in self.stored.dims.items()
         }
-        return xarray.Dataset(arrays, attrs=self.stored.file_attributes)
+        dataset = xarray.Dataset(arrays, attrs=self.stored.file_attributes)
+        return dataset.set_coords([name for name in self.sweep.grid.quantities if name in arrays])
 
 
 def open_result(path: Path | str) -> Result:

@@ -85,7 +85,10 @@ class Sweep:
         known = {**self.parameters, **values}
         parameters = {name: known[name] for name in names if name in known}
         initial = {**self.config.initial, **{n: v for n, v in values.items() if n not in names}}
-        axes = {axis.name: AxisSection(values=list(axis.values)) for axis in grid.axes}
+        axes = {
+            axis.name: self.config.axes[axis.name] if axis.along else AxisSection(values=list(axis.values))
+            for axis in grid.axes
+        }
         config = self.config.model_copy(update={"axes": axes, "initial": initial, "parameters": parameters})
         return replace(self, config=config, grid=grid, parameters=parameters)
 

@@ -23,6 +23,8 @@ initial:
 # Each is {{start, stop, num}}, with spacing: log if wanted, or {{values: [...]}}.
 axes:
 {axes}
+  # Starts drawn at random, the same ones in every cell; a state in the box is not in initial:
+  # ensemble: {{num: 256, seed: 1, box: {{{state}: [-1, 1]}}}}
 
 # Times are in {time}. Transient and duration become whole segments.
 integrate:

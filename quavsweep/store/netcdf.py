@@ -25,11 +25,17 @@ DIGEST = "content_sha256"
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A dimension's coordinate: name, values, and attributes."""
+    """A coordinate: name, values, attributes, and the dimension that it belongs to, if not the one of its name."""
 
     name: str
     values: np.ndarray
     attributes: Mapping[str, str] = field(default_factory=dict)
+    dim: str = ""
+
+    @property
+    def is_own(self) -> bool:
+        """Whether it makes the dimension."""
+        return self.dim in ("", self.name)
 
 
 def block_cells(cell_bytes: int) -> int:
@@ -55,7 +61,7 @@ def write_result(
     grid : Grid
         The first dimensions of every variable.
     coordinates : iterable of Coordinate
-        One per dimension, the grid's axes first.
+        One per dimension, the grid's axes first, each before others along it.
     variables : mapping from Variable to attributes
         What the blocks hold.
     blocks : iterable of (slices, values)
@@ -76,10 +82,13 @@ def write_result(
         for coordinate in coordinates:
             text = coordinate.values.dtype.kind == "O"
             kind = h5py.string_dtype() if text else coordinate.values.dtype
-            scale = file.create_dataset(coordinate.name, data=coordinate.values, dtype=kind)
-            scale.make_scale(coordinate.name)
-            _set_attributes(scale, coordinate.attributes)
-            extents[coordinate.name] = len(coordinate.values)
+            dataset = file.create_dataset(coordinate.name, data=coordinate.values, dtype=kind)
+            if coordinate.is_own:
+                dataset.make_scale(coordinate.name)
+                extents[coordinate.name] = len(coordinate.values)
+            else:
+                dataset.dims[0].attach_scale(file[coordinate.dim])
+            _set_attributes(dataset, coordinate.attributes)
         digests = {}
         for variable, extra in variables.items():
             _create(file, grid, variable, extents, extra, cells)

@@ -79,13 +79,12 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
     model = sweep.model
     coordinates = []
     for axis in sweep.grid.axes:
-        quantity = model.quantity(axis.name)
-        attributes = {
-            "long_name": quantity.meaning or axis.name,
-            "units": _cf(quantity.unit),
-            "symbol": quantity.symbol,
-        }
-        coordinates.append(Coordinate(axis.name, np.array(axis.values), attributes))
+        if axis.along:
+            coordinates.append(Coordinate(axis.name, np.array(axis.values, dtype=np.int32), {"long_name": "start"}))
+        for name, values in axis.quantities.items():
+            quantity = model.quantity(name)
+            attributes = {"long_name": quantity.meaning or name, "units": _cf(quantity.unit), "symbol": quantity.symbol}
+            coordinates.append(Coordinate(name, np.array(values), attributes, axis.name))
     used = {dim for variable in result_variables(sweep) for dim in variable.dims}
     for dimension in sweep.dimensions.values():
         if dimension.name in used:
@@ -98,8 +97,9 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
 
 def _attributes(sweep: Sweep, variable: Variable) -> dict[str, Any]:
     """Return the CF attributes of a variable: meaning, units, and the codes' numbers and names."""
-    unit = sweep.unit(variable)
+    unit, along = sweep.unit(variable), [name for axis in sweep.grid.axes for name, _ in axis.along]
     attributes: dict[str, Any] = {"long_name": variable.meaning} | ({"units": _cf(unit)} if unit else {})
+    attributes |= {"coordinates": " ".join(along)} if along else {}
     if variable.codes:
         attributes["flag_values"] = np.array([code.number for code in variable.codes], dtype=variable.dtype)
         attributes["flag_meanings"] = " ".join(code.name for code in variable.codes)
