@@ -42,7 +42,15 @@ HASHED_MODULES = (
 )
 DENSE_MODULES = ("quavsweep.measures.dense", "quavsweep.analysis.event", "quavsweep.analysis.observer")
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
-RESULT_MODULES = ("quavsweep.classify", "quavsweep.codes", "quavsweep.store.netcdf", "quavsweep.store.outcome")
+RESULT_MODULES = (
+    "quavsweep.analysis.attractor",
+    "quavsweep.analysis.lifetime",
+    "quavsweep.classify",
+    "quavsweep.codes",
+    "quavsweep.reduction",
+    "quavsweep.store.netcdf",
+    "quavsweep.store.outcome",
+)
 _NO_EVIDENCE = ("classify", "integrate.duration")  # keys that change no integrated number
 
 

@@ -50,6 +50,17 @@ class Sweep:
         """What is recorded."""
         return self.config.measures
 
+    @property
+    def start_axes(self) -> tuple[str, ...]:
+        """The axes along which initial states vary; the others are over parameters."""
+        states = set(self.model.state_names)
+        return tuple(axis.name for axis in self.grid.axes if states & set(axis.quantities))
+
+    @property
+    def points(self) -> Grid:
+        """The grid of the parameter points, each of which has all starts."""
+        return Grid(tuple(axis for axis in self.grid.axes if axis.name not in self.start_axes))
+
     @cached_property
     def dimensions(self) -> dict[str, Dimension]:
         """The dimensions that evidence and result have beyond the cell."""
@@ -65,7 +76,9 @@ class Sweep:
         time = self.model.time_unit
         if variable.unit != "state":
             return {"time": time, "1/time": "1" if time == "1" else f"1/{time}"}.get(variable.unit, variable.unit)
-        units = {unit for dim in variable.dims for unit in self.dimensions[dim].component_units}
+        units = {
+            unit for dim in variable.dims if dim in self.dimensions for unit in self.dimensions[dim].component_units
+        }
         return units.pop() if len(units) == 1 else ""
 
     @property

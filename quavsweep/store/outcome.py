@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,15 @@ from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
 from quavsweep.measures import Variable
 from quavsweep.provenance import Identity
-from quavsweep.store.netcdf import Coordinate, block_cells, write_result
+from quavsweep.reduction import (
+    ATTRACTOR,
+    passed_variables,
+    point_dimensions,
+    point_variables,
+    read_variables,
+    reduce_points,
+)
+from quavsweep.store.netcdf import Coordinate, Reduction, block_cells, write_result
 from quavsweep.store.publish import TEMPORARY
 from quavsweep.store.sealed_file import read_result
 from quavsweep.store.shard_set import Block, ShardSet
@@ -35,7 +44,7 @@ def write_outcome(path: Path, shards: ShardSet, failed: Mapping[int, str], stopp
         If `stopped()` became true, asked before each block.
     """
     sweep = shards.sweep
-    variables = {v: _attributes(sweep, v) for v in result_variables(sweep)}
+    variables = {v: _attributes(sweep, v) for v in _cell_variables(sweep)}
     write_result(
         path,
         sweep.grid,
@@ -44,6 +53,27 @@ def write_outcome(path: Path, shards: ShardSet, failed: Mapping[int, str], stopp
         _classified(shards, failed, stopped),
         _file(sweep, shards.identity),
         block_cells(sweep.cell_bytes),
+        _reduction(sweep),
+    )
+
+
+def _cell_variables(sweep: Sweep) -> tuple[Variable, ...]:
+    """Return what is written of each cell: what the classification gives, and what is passed on from the evidence."""
+    labels = result_variables(sweep)
+    known = {variable.name for variable in labels}
+    return (*labels, *(variable for variable in passed_variables(sweep) if variable.name not in known))
+
+
+def _reduction(sweep: Sweep) -> Reduction | None:
+    """Return what is made of all starts of a parameter point, where there are several."""
+    if not sweep.start_axes:
+        return None
+    return Reduction(
+        sweep.points,
+        {v: _attributes(sweep, v, of_points=True) for v in point_variables(sweep)},
+        {ATTRACTOR: _attributes(sweep, ATTRACTOR)},
+        read_variables(sweep),
+        partial(reduce_points, sweep),
     )
 
 
@@ -71,7 +101,8 @@ def _classified(
     for block, evidence in shards.blocks(block_cells(shards.sweep.cell_bytes), failed):
         if stopped():
             raise StoppedError("stopped while the result was written", possible="the same command continues it")
-        yield block, classify(shards.sweep, evidence)
+        passed = {variable.name: evidence[variable.name] for variable in passed_variables(shards.sweep)}
+        yield block, {**passed, **classify(shards.sweep, evidence)}
 
 
 def _coordinates(sweep: Sweep) -> list[Coordinate]:
@@ -85,8 +116,8 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
             quantity = model.quantity(name)
             attributes = {"long_name": quantity.meaning or name, "units": _cf(quantity.unit), "symbol": quantity.symbol}
             coordinates.append(Coordinate(name, np.array(values), attributes, axis.name))
-    used = {dim for variable in result_variables(sweep) for dim in variable.dims}
-    for dimension in sweep.dimensions.values():
+    used = {dim for variable in (*_cell_variables(sweep), *point_variables(sweep)) for dim in variable.dims}
+    for dimension in (*sweep.dimensions.values(), *point_dimensions()):
         if dimension.name in used:
             attributes = {"long_name": dimension.meaning}
             attributes |= {"units": _cf(dimension.unit)} if dimension.unit else {}
@@ -95,11 +126,11 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
     return coordinates
 
 
-def _attributes(sweep: Sweep, variable: Variable) -> dict[str, Any]:
+def _attributes(sweep: Sweep, variable: Variable, of_points: bool = False) -> dict[str, Any]:
     """Return the CF attributes of a variable: meaning, units, and the codes' numbers and names."""
     unit, along = sweep.unit(variable), [name for axis in sweep.grid.axes for name, _ in axis.along]
     attributes: dict[str, Any] = {"long_name": variable.meaning} | ({"units": _cf(unit)} if unit else {})
-    attributes |= {"coordinates": " ".join(along)} if along else {}
+    attributes |= {"coordinates": " ".join(along)} if along and not of_points else {}
     if variable.codes:
         attributes["flag_values"] = np.array([code.number for code in variable.codes], dtype=variable.dtype)
         attributes["flag_meanings"] = " ".join(code.name for code in variable.codes)
