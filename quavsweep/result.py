@@ -114,6 +114,15 @@ class Result:
         sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *chosen)
         return Result(sweep, Stored(data, dims, whole.attributes, whole.file_attributes), fixed)
 
+    @property
+    def points(self) -> Result:
+        """What all starts of a parameter point say together: the result over the axes of parameters alone."""
+        sweep, starts, whole = self.sweep, set(self.sweep.start_axes), self.stored
+        gone = starts | {name for axis in sweep.grid.axes if axis.name in starts for name in axis.quantities}
+        dims = {v: of for v, of in whole.dims.items() if v not in gone and not starts & set(of)}
+        stored = Stored(Variables(tuple(dims), whole.part), dims, whole.attributes, whole.file_attributes)
+        return Result(replace(sweep, grid=sweep.points), stored, self.fixed)
+
     def to_xarray(self) -> xarray.Dataset:
         """Return the result as an xarray Dataset (needs the extra `xarray`)."""
         import xarray
@@ -154,13 +163,14 @@ def _from_file(path: Path) -> Result:
     stored = read_result(path)
     settings: dict[str, Any] = json.loads(stored.file_attributes["config"])
     sweep = parse_sweep(dump_config({"name": "result", **settings}), str(path))
-    return Result(replace(sweep, config=sweep.config.model_copy(update={"name": _name(path)})), stored)
+    return Result(replace(sweep, config=sweep.config.model_copy(update=_told(path))), stored)
 
 
-def _name(path: Path) -> str:
-    """Return the name of the sweep that a file is the result of: as its folder's config says, or the folder's own."""
+def _told(path: Path) -> dict[str, Any]:
+    """Return what a result file does not hold of its config: name and figure, as the folder's config says, if any."""
     if path.name != "result.h5":
-        return path.stem
+        return {"name": path.stem}
     with contextlib.suppress(ConfigError):
-        return load_sweep(path.with_name("config.yaml")).name
-    return path.absolute().parent.name
+        config = load_sweep(path.with_name("config.yaml")).config
+        return {"name": config.name, "plot": config.plot}
+    return {"name": path.absolute().parent.name}

@@ -107,6 +107,7 @@ class Config(BaseModel):
     measures: Measures = Field(default_factory=Measures, description="what is recorded")
     stop_early: bool = Field(default=True, description="end a cell once its end is certified")
     classify: Thresholds = Field(default_factory=Thresholds, description="thresholds of the classification")
+    plot: list[str] = Field(default_factory=list, description="what the figure of a run shows, as plot --variable")
 
     @field_validator("axes", mode="before")
     @classmethod

@@ -107,13 +107,15 @@ class Sweep:
 
     def settings(self) -> dict[str, Any]:
         """Return what of the canonical config may change a number or a label of the result."""
-        data = {key: value for key, value in self.canonical().items() if key != "name"}
+        data = {key: value for key, value in self.canonical().items() if key not in ("name", "plot")}
         return data | {"integrate": {k: v for k, v in data["integrate"].items() if k != "tolerance"}}
 
     def canonical(self) -> dict[str, Any]:
         """Return the config with every default and every rounded time written out; loading it gives the same sweep."""
         data = self.config.model_dump(mode="json", exclude_none=True)
         clock = self.clock
+        if not self.config.plot:
+            del data["plot"]
         data["parameters"] = dict(self.parameters)
         data["initial"] = {name: data["initial"][name] for name in self.model.state_names if name in data["initial"]}
         data["integrate"] |= {
