@@ -7,7 +7,15 @@ from collections.abc import Mapping
 import numpy as np
 
 from quavsweep.analysis.attractor import MOST, OTHER, find_attractors
-from quavsweep.analysis.lifetime import Survival, constancy, least_residual, mean_residual, settled_look, share_error
+from quavsweep.analysis.lifetime import (
+    Survival,
+    constancy,
+    least_residual,
+    mean_residual,
+    settled_look,
+    share_error,
+    spiral_time,
+)
 from quavsweep.codes import CERTIFICATE, REGION, Certificate, Region
 from quavsweep.config import Sweep
 from quavsweep.measures import Dimension, Variable
@@ -39,7 +47,7 @@ _LIFETIMES = (
 )
 # What of a cycle the table needs, taken from the evidence as it is.
 PASSED = ("period", "cycle_point", "multiplier_re", "multiplier_im")
-_READ = ("region", "time_used", "settle_time", "equilibrium", "eigenvalue_re", *PASSED)
+_READ = ("region", "time_used", "settle_time", "final_state", "equilibrium", "eigenvalue_re", *PASSED)
 
 
 def point_variables(sweep: Sweep) -> tuple[Variable, ...]:
@@ -90,7 +98,8 @@ def reduce_points(sweep: Sweep, cells: Mapping[str, np.ndarray]) -> dict[str, np
         total = int((cell["region"] != Region.NONE).sum())
         found = {"starts": total, **_basins(cell, total), **_attractors(sweep, cell, total)}
         if sweep.config.ensemble:
-            found |= lifetimes(cell, total, sweep.clock.segment_steps * sweep.clock.dt)
+            segment = sweep.clock.segment_steps * sweep.clock.dt
+            found |= lifetimes(cell, total, segment, _direct_time(sweep, cell, segment))
         for name, values in found.items():
             result[name][i] = values
     return result
@@ -160,7 +169,15 @@ def survival_of(cell: Mapping[str, np.ndarray], segment: float) -> tuple[Surviva
     return Survival.of(np.maximum(stayed[counted], 0), ~staying[counted]), stayed[counted]
 
 
-def lifetimes(cell: Mapping[str, np.ndarray], total: int, segment: float) -> dict[str, float]:
+def _direct_time(sweep: Sweep, cell: Mapping[str, np.ndarray], segment: float) -> float:
+    """Return the time that a start of a point needs at most to spiral into a sink directly."""
+    sink = cell["region"] == Region.SINK
+    late = np.maximum(cell["time_used"] - cell["settle_time"] - segment, 0.0)[sink]
+    rate = -cell["eigenvalue_re"][sink, 0]
+    return spiral_time(sweep.starts[sink], cell["final_state"][sink], cell["equilibrium"][sink], rate, late)
+
+
+def lifetimes(cell: Mapping[str, np.ndarray], total: int, segment: float, direct: float = 0.0) -> dict[str, float]:
     """Return the mean lifetime of the starts of a point that are chaotic beyond the time of the direct ones.
 
     Parameters
@@ -170,9 +187,11 @@ def lifetimes(cell: Mapping[str, np.ndarray], total: int, segment: float) -> dic
         Starts that are computed.
     segment : float
         Time between two looks.
+    direct : float
+        Time that a direct start needs at most.
     """
     survival, stayed = survival_of(cell, segment)
-    first = settled_look(survival)
+    first = settled_look(survival, direct / segment)
     beyond, chaotic = survival.beyond(first), int((stayed >= first).sum())
     mean, error = mean_residual(beyond)
     after = first * segment

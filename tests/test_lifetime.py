@@ -15,6 +15,7 @@ from quavsweep.analysis.lifetime import (
     mean_residual,
     settled_look,
     share_error,
+    spiral_time,
 )
 
 LOOK = 50.0
@@ -144,3 +145,18 @@ def test_errors_of_shares_are_never_zero() -> None:
     np.testing.assert_allclose(error[[0, 1]], [np.sqrt(2 / 104 * 102 / 104 / 104), 0.5 / np.sqrt(104)])
     assert error[0] == pytest.approx(error[2])
     assert np.isnan(error[3])
+
+
+def test_a_spiral_takes_the_logarithm_of_the_ratio_over_the_rate() -> None:
+    start, sink = np.array([[5.0, 0.0], [1.0, 1.0]]), np.zeros((2, 2))
+    end = np.array([[0.01, 0.0], [0.0, 0.02 * math.exp(-3.0)]])
+    rate, late = np.array([0.1, 0.1]), np.array([0.0, 30.0])
+    time = spiral_time(start, end, sink, rate, late)
+    assert time == pytest.approx(math.log(5.0 / 0.02) / 0.1)
+    assert spiral_time(start, start, sink, rate, late) == 0.0
+    assert spiral_time(start[:0], end[:0], sink[:0], rate[:0], late[:0]) == 0.0
+
+
+def test_direct_starts_are_given_the_time_of_their_spiral() -> None:
+    survival = _survival(np.random.default_rng(6).exponential(3000.0, 500))
+    assert settled_look(survival, direct=8.0) >= 10

@@ -69,8 +69,40 @@ class Survival:
         return np.concatenate([[1.0], np.cumprod(stay)])
 
 
-def settled_look(survival: Survival) -> int:
+def spiral_time(
+    start: np.ndarray, end: np.ndarray, equilibrium: np.ndarray, rate: np.ndarray, late: np.ndarray
+) -> float:
+    """Return the time in which the slowest linear mode of sinks brings the farthest start into their neighbourhoods.
+
+    Parameters
+    ----------
+    start, end, equilibrium : (n, D) float64
+        Of starts that ended in a sink: the first and the last state, and the sink.
+    rate : (n,) float64
+        At which the slowest mode there decays.
+    late : (n,) float64
+        Time between the first look inside the certified neighbourhood and the last state.
+
+    Returns
+    -------
+    float
+        ln(R/r) over the slowest rate, at least 0; R is the largest distance of a start, r the largest at a first look
+        inside, both in the largest coordinate.
+    """
+    with np.errstate(over="ignore"):
+        inside = np.abs(end - equilibrium).max(axis=1, initial=0.0) * np.exp(rate * late)
+    near, far = float(inside.max(initial=0.0)), float(np.abs(start - equilibrium).max(initial=0.0))
+    return math.log(far / near) / float(rate.min()) if 0.0 < near < far else 0.0
+
+
+def settled_look(survival: Survival, direct: float = 0.0) -> int:
     """Return the look from which on the hazard is constant, so that direct starts have gone.
+
+    Parameters
+    ----------
+    survival : Survival
+    direct : float
+        Looks that a direct start may need, see `spiral_time`; it is at least this, with the same margin.
 
     Notes
     -----
@@ -87,7 +119,7 @@ def settled_look(survival: Survival) -> int:
     later = [np.concatenate([part[::-1].cumsum()[::-1], [0.0]]) for part in (leave, at_risk)]
     score = free + _likelihood(*later) - np.arange(len(free))
     k = int(np.argmax(score))
-    return min(math.ceil(k * (1.0 + MARGIN)), len(at_risk))
+    return min(math.ceil(max(k, direct) * (1.0 + MARGIN)), len(at_risk))
 
 
 def _likelihood(leave: np.ndarray, at_risk: np.ndarray) -> np.ndarray:

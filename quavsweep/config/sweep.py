@@ -62,6 +62,15 @@ class Sweep:
         return Grid(tuple(axis for axis in self.grid.axes if axis.name not in self.start_axes))
 
     @cached_property
+    def starts(self) -> np.ndarray:
+        """The initial states of a parameter point, (starts, D) float64, in the order of the axes over them."""
+        grid = Grid(tuple(axis for axis in self.grid.axes if axis.name in self.start_axes))
+        varied = grid.coordinates(0, grid.size)
+        fixed = self.config.initial
+        columns = [varied.get(name, np.full(grid.size, fixed.get(name))) for name in self.model.state_names]
+        return np.stack(columns, axis=1).astype(np.float64)
+
+    @cached_property
     def dimensions(self) -> dict[str, Dimension]:
         """The dimensions that evidence and result have beyond the cell."""
         return self.measures.dimensions(self.model, self.clock)

@@ -52,7 +52,7 @@ def _named(result: Result, row: int) -> str:
     if kind == Certificate.NONE:
         return ""
     names = [symbol(model, name)[1:-1] for name in model.state_names[:FEW]]
-    point = [number(float(f"{value:.3g}")) for value in result["attractor_point"][row][:FEW]]
+    point = [f"{{{number(float(f'{value:.3g}'))}}}" for value in result["attractor_point"][row][:FEW]]
     more = ", ..." if len(model.states) > FEW else ""
     through = "at" if kind == Certificate.SINK else "through"
     return f"{KINDS[Certificate(kind)]} {through} $({', '.join(names)}{more}) = ({', '.join(point)}{more})$"

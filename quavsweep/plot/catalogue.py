@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from quavsweep.codes import Region, Status
+from quavsweep.codes import REGION, Region, Status
 from quavsweep.errors import ConfigError
 from quavsweep.nearest import nearest
 from quavsweep.plot.attractor import attractor_codes, attractor_values
@@ -31,6 +31,7 @@ TEXTS = {
     "peak_time": "time of the peak {of}",
     "settle_time": "settling time",
     "time_used": "time integrated",
+    "last_time": "last time at the value",
     "sample_count": "number of samples",
     "sample_time": "time of sample {of}",
     "samples": "samples of {of}",
@@ -189,6 +190,9 @@ class Catalogue:
         """Return what a component is, and what it is called among the others."""
         model = self.result.sweep.model
         part = symbol(model, key) if key in model.state_names else key
+        if variable == "basin_share":
+            part = next((code.meaning for code in REGION if code.name == key), key)
+            return TEXTS[variable].format(of=part), part
         if variable == "first_time" and self.result.sweep.measures.first_time is not None:
             return self._first_time(), part
         if variable == "sample_time" and not key:

@@ -186,7 +186,7 @@ def _reduce(file: h5py.File, grid: Grid, reduction: Reduction, extents: Mapping[
         found = reduction.reduce({name: of_points(name) for name in reduction.reads})
         for variable in reduction.points:
             array = np.asarray(found[variable.name], dtype=variable.dtype)
-            file[variable.name][block] = array.reshape(*(s.stop - s.start for s in block), *array.shape[1:])
+            file[variable.name][block] = array.reshape((*(s.stop - s.start for s in block), *array.shape[1:]))
         for variable in reduction.cells:
             array = np.asarray(found[variable.name], dtype=variable.dtype)
             file[variable.name][where] = array.reshape([shape[i] for i in order]).transpose(np.argsort(order))
