@@ -99,7 +99,7 @@ def size(difference: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
 def amplitudes(u: np.ndarray, circle: np.ndarray) -> np.ndarray:
     """Return how far states (steps, D, n) go, (n, D): an angle at most one turn, and nothing less than rounding."""
     span = (u.max(axis=0) - u.min(axis=0)).T
-    return np.maximum(np.minimum(span, circle), ROUNDING * (1.0 + np.abs(u[-1].T)))
+    return np.asarray(np.maximum(np.minimum(span, circle), ROUNDING * (1.0 + np.abs(u[-1].T))))
 
 
 def crossed(event: Event, direction: str, u: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
