@@ -7,7 +7,6 @@ import numpy as np
 from quavsweep import Result, Sweep, parse_sweep
 from quavsweep.classify import classify
 from quavsweep.codes import REGION, Region
-from quavsweep.grid import Tile
 from quavsweep.measures import Evidence
 from quavsweep.plan import cell_values
 from tests.truth.laboratory import Laboratory, described, take, without_certificates

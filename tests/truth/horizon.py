@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from quavsweep import Result, Sweep, extend_sweep, load_sweep, open_result, run_sweep
+from quavsweep import Sweep, extend_sweep, load_sweep, open_result, run_sweep
+from tests.truth.comparison import differences, words
 from tests.truth.laboratory import Laboratory, described
 from tests.truth.plane import plane
 from tests.truth.row import Claim, Row
@@ -26,32 +27,20 @@ def horizons(laboratory: Laboratory) -> list[Claim]:
         steps = int(segment) * clock.segment_steps
         seen = open_result(laboratory.path("horizon"), horizon=steps * clock.dt)
         real = laboratory.run(f"horizon-{segment}", shorter(laboratory, clock.dt * (steps - clock.transient_steps)))
-        differ = differences(seen, real)
-        words = ", ".join(f"{name} in {n} cells" for name, n in differ.items()) or "all equal"
+        differ = differences(seen, real, seen.variables)
         asked = f"--horizon {steps * clock.dt:g} is a run of that length in each of {len(seen.variables)} variables"
         numbers = {"horizon": steps * clock.dt, "differ": differ, "variables": seen.variables}
-        claims.append(Claim(asked, words, not differ and len(seen.variables) > 5, described(sweep), numbers))
+        claims.append(
+            Claim(
+                asked, words(differ) or "all equal", not differ and len(seen.variables) > 5, described(sweep), numbers
+            )
+        )
     return claims
 
 
 def shorter(laboratory: Laboratory, duration: float) -> Sweep:
     """Return the sweep of the run with another duration, the same batches and segments."""
     return load_sweep(laboratory.path("horizon") / "config.yaml", [f"integrate.duration={duration!r}"])
-
-
-def differences(a: Result, b: Result) -> dict[str, int]:
-    """Return the variables of `a` that are not those of `b`, and in how many cells."""
-    differ = {}
-    for name in a.variables:
-        first = a[name]
-        if name not in b or b[name].shape != first.shape:
-            differ[name] = int(a["region"].size)
-            continue
-        equal = (first == b[name]) | ((first != first) & (b[name] != b[name]))
-        n = int((~equal).reshape(a["region"].size, -1).any(axis=1).sum())
-        if n:
-            differ[name] = n
-    return differ
 
 
 def extended(laboratory: Laboratory) -> list[Claim]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
@@ -9,7 +11,7 @@ from scipy.optimize import fsolve
 from quavsweep import Sweep, parse_sweep
 from tests.truth.laboratory import Laboratory, changed, described
 from tests.truth.row import Claim, Row
-from tests.truth.shooting import field
+from tests.truth.shooting import Rhs, field
 
 CONFIG = """
 name: lifetimes
@@ -92,11 +94,11 @@ def twin_lifetime(laboratory: Laboratory, sweep: Sweep, after: float) -> tuple[f
     return after + mean, mean / np.sqrt(max(count, 1)), setting
 
 
-def _advanced(rhs: object, u: np.ndarray, time: float, p: list[float]) -> np.ndarray:
+def _advanced(rhs: Rhs, u: np.ndarray, time: float, p: Sequence[float]) -> np.ndarray:
     """Return states (3, n) after some time."""
 
     def derivative(_: float, flat: np.ndarray) -> np.ndarray:
-        return field(rhs, flat.reshape(u.shape), p).ravel()  # type: ignore[arg-type]
+        return field(rhs, flat.reshape(u.shape), p).ravel()
 
     done = solve_ivp(derivative, (0.0, time), u.ravel(), "DOP853", [time], rtol=1e-8, atol=1e-10)
     return np.asarray(done.y[:, -1]).reshape(u.shape)

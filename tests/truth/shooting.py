@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
+
+Rhs = Callable[..., Sequence[Any]]  # of states and parameters
 
 TINY = 1e-30  # complex step
 RELATIVE, ABSOLUTE = 1e-10, 1e-12
@@ -35,12 +38,12 @@ class Closed:
     multipliers: np.ndarray
 
 
-def field(rhs: Callable[..., tuple[np.ndarray, ...]], u: np.ndarray, p: list[np.ndarray]) -> np.ndarray:
+def field(rhs: Rhs, u: np.ndarray, p: Sequence[Any]) -> np.ndarray:
     """Return the derivatives of states in columns, (D, n)."""
     return np.stack(rhs(*u, *p))
 
 
-def jacobian(rhs: Callable[..., tuple[np.ndarray, ...]], u: np.ndarray, p: list[np.ndarray]) -> np.ndarray:
+def jacobian(rhs: Rhs, u: np.ndarray, p: Sequence[Any]) -> np.ndarray:
     """Return derivatives of the derivatives by complex steps, [i, j] = d rhs_i / d u_j, (D, D, n)."""
     columns = []
     for j in range(len(u)):
@@ -50,9 +53,7 @@ def jacobian(rhs: Callable[..., tuple[np.ndarray, ...]], u: np.ndarray, p: list[
     return np.stack(columns, axis=1)
 
 
-def close(
-    rhs: Callable[..., tuple[np.ndarray, ...]], u: np.ndarray, period: np.ndarray, parameters: list[np.ndarray]
-) -> Closed:
+def close(rhs: Rhs, u: np.ndarray, period: np.ndarray, parameters: Sequence[np.ndarray]) -> Closed:
     """Return the cycles that Newton's method reaches from guesses of a point and the period.
 
     Parameters
@@ -61,7 +62,7 @@ def close(
         The model's function.
     u : (n, D) float64
     period : (n,) float64
-    parameters : list of (n,) arrays
+    parameters : sequence of (n,) arrays
     """
     n, dimension = u.shape
     found, point, times = np.zeros(n, bool), u.copy(), period.copy()
@@ -83,9 +84,7 @@ def close(
     return Closed(found, point, times, multipliers)
 
 
-def _after(
-    rhs: Callable[..., tuple[np.ndarray, ...]], u: np.ndarray, period: np.ndarray, p: list[np.ndarray]
-) -> tuple[np.ndarray, np.ndarray]:
+def _after(rhs: Rhs, u: np.ndarray, period: np.ndarray, p: Sequence[Any]) -> tuple[np.ndarray, np.ndarray]:
     """Return states after their periods, (n, D), and how they depend on where they began, (n, D, D)."""
     n, d = u.shape
 
@@ -102,11 +101,11 @@ def _after(
 
 
 def _newton(
-    rhs: Callable[..., tuple[np.ndarray, ...]],
+    rhs: Rhs,
     u: np.ndarray,
     end: np.ndarray,
     derivative: np.ndarray,
-    p: list[np.ndarray],
+    p: Sequence[Any],
 ) -> np.ndarray:
     """Return Newton's step in point and period, (n, D + 1); the point moves across the flow."""
     n, d = u.shape

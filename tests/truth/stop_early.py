@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import shutil
 import time
+from pathlib import Path
 
 import numpy as np
 
 from quavsweep import Result, Sweep, open_result, run_sweep
 from quavsweep.codes import Status
+from tests.truth.comparison import differences, words
 from tests.truth.laboratory import Laboratory, described
 from tests.truth.plane import plane
 from tests.truth.row import Claim, Row
@@ -39,7 +41,8 @@ def stop_early(laboratory: Laboratory) -> list[Claim]:
     return _claims(sweeps["on"], results["on"], results["off"], seconds)
 
 
-def _anew(laboratory: Laboratory, name: str) -> object:
+def _anew(laboratory: Laboratory, name: str) -> Path:
+    """Return the folder of a run with nothing in it."""
     folder = laboratory.path(f"stop-early-{name}")
     shutil.rmtree(folder, ignore_errors=True)
     return folder
@@ -48,10 +51,10 @@ def _anew(laboratory: Laboratory, name: str) -> object:
 def _claims(sweep: Sweep, on: Result, off: Result, seconds: dict[str, list[float]]) -> list[Claim]:
     ended = np.isin(on["status"], (Status.ENDED_SINK, Status.ENDED_CYCLE)).ravel()
     names = [name for name in on.variables if name not in OF_THE_END]
-    differ = {name: n for name in names if (n := _unlike(on[name], off[name], ended))}
+    differ = differences(on, off, names, ended)
     sinks = int((on["status"] == Status.ENDED_SINK).sum())
-    words = ", ".join(f"{name} in {n} cells" for name, n in differ.items()) or f"all of {', '.join(names)}"
-    measured = f"{ended.sum()} certified cells ({sinks} sinks): {'differ: ' if differ else ''}{words}"
+    told = f"differ: {words(differ)}" if differ else f"all of {', '.join(names)}"
+    measured = f"{ended.sum()} certified cells ({sinks} sinks): {told}"
     numbers = {"certified": ended.sum(), "sinks": sinks, "differ": differ, "variables": names}
     asked = "certified cells are those of the run without early ends"
     same = Claim(asked, measured, not differ and bool(ended.any()), described(sweep), numbers)
@@ -61,12 +64,6 @@ def _claims(sweep: Sweep, on: Result, off: Result, seconds: dict[str, list[float
     measured = f"{np.median(gain):.2f} x (off {wall['off']} s, on {wall['on']} s); steps {used:.2f} x"
     numbers = {"seconds": seconds, "gain": gain, "steps": used}
     return [same, Claim("the gain in wall time, in turn", measured, None, described(sweep), numbers)]
-
-
-def _unlike(a: np.ndarray, b: np.ndarray, cells: np.ndarray) -> int:
-    """Return in how many of some cells two variables are not equal."""
-    equal = (a == b) | ((a != a) & (b != b))
-    return int((~equal).reshape(cells.size, -1).any(axis=1)[cells].sum())
 
 
 ROWS = (Row("stop-early", "early ends on the whole plane omega_c", "6 min", stop_early),)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from quavsweep import Sweep, parse_sweep
+from quavsweep.analysis.cycle import Cycles
 from quavsweep.grid import Tile
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.plan import cell_values, make_plan
@@ -49,10 +50,10 @@ def _nearest(time: np.ndarray, state: np.ndarray, hits: int, period: float) -> t
     return state[i : i + 1], time[i + hits : i + hits + 1] - time[i : i + 1]
 
 
-def _claim(sweep: Sweep, found: object, hits: int, published: tuple[float, float]) -> Claim:
-    period, multiplier = float(found.period[0]), complex(found.multipliers[0, 0])  # type: ignore[attr-defined]
+def _claim(sweep: Sweep, found: Cycles, hits: int, published: tuple[float, float]) -> Claim:
+    period, multiplier = float(found.period[0]), complex(found.multipliers[0, 0])
     miss = abs(period - published[0]), abs(multiplier - published[1])
-    holds = bool(found.found[0]) and miss[0] <= PERIOD * 10 and miss[1] <= MULTIPLIER  # type: ignore[attr-defined]
+    holds = bool(found.found[0]) and miss[0] <= PERIOD * 10 and miss[1] <= MULTIPLIER
     asked = f"cycle of {hits} maxima: period {published[0]:.12g}, multiplier {published[1]:.10g}, to the last digit"
     measured = f"{period:.12g} (off by {miss[0]:.1e}), {multiplier.real:.10g} (off by {miss[1]:.1e})"
     numbers = {"period": period, "multiplier": multiplier, "hits": hits}
