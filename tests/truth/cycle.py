@@ -44,7 +44,7 @@ def _averaged(laboratory: Laboratory, name: str, cycle: np.ndarray, exact: np.nd
     departure = blind["growth_departure"][:, 1:] if "growth_departure" in blind else np.ones_like(raw)
     allowed = np.maximum(ERRORS * error, BOUNDED * departure / sweep.clock.duration)
     miss = np.abs(raw - exact[cells, 1:])
-    over = (miss > allowed).any(axis=1)
+    over = ~(miss <= allowed).all(axis=1)
     share = (miss / allowed).max(initial=0.0)
     asked = f"the others equal the long average within max({ERRORS} errors, {BOUNDED} F / T)"
     measured = f"{(~over).sum()} of {cells.size}, off by {miss.max(initial=0.0):.1e} at most, {share:.2f} of what is "

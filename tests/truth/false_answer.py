@@ -54,7 +54,7 @@ def _held(sweep: Sweep, evidence: Evidence, wanted: int, setting: str) -> list[C
     counted = _counted(blind)
     numbers = {"cycles": chosen.size, "regions": counted, "chaos": chaos}
     asked = f"{wanted} stable cycles closed by SciPy, their batches without certificates: no chaos"
-    measured = f"{chosen.size} of {stable.size} tried: {_words(counted)}"
+    measured = f"{stable.sum()} of {stable.size} close; {chosen.size} taken: {_words(counted)}"
     claims = [Claim(asked, measured, chaos.size == 0 and chosen.size == wanted, setting, numbers)]
     ratio = closed.period[chosen] / evidence["period"][chosen]
     own = np.hypot(evidence["multiplier_re"], evidence["multiplier_im"])[chosen]

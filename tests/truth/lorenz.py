@@ -23,7 +23,7 @@ model: lorenz
 axes:
   rho: {values: [22, 23, 23.5]}
   ensemble: {num: 1024, seed: 1, box: {x: [-20, 20], y: [-20, 20], z: [5, 45]}}
-integrate: {method: rk4, dt: 0.01, duration: 20000, segment: 5}
+integrate: {method: rk4, dt: 0.01, duration: 20000, segment: 10}
 measures: {last_time: {of: x, at: 0}}
 """
 EXPECTED = (Region.SINK, Region.SINK, Region.SINK, Region.CHAOS, *[Region.PERIODIC] * 3)

@@ -14,6 +14,7 @@ from tests.truth.row import Claim, Row
 
 SUMS = 1e-8  # wanted of raw sums less the mean divergence, 1/time
 SIGMA = 3
+SHORT = 2000.0  # duration that is enough to see that a row works
 
 
 @dataclass(frozen=True)
@@ -56,15 +57,11 @@ class Case:
         def measure(laboratory: Laboratory) -> list[Claim]:
             sweep = parse_sweep(self.config)
             if laboratory.quick:
-                times = (f"integrate.{n}={t / 200!r}" for n, t in _times(sweep).items())
-                sweep = parse_sweep(self.config, changes=tuple(times))
+                duration = min(sweep.clock.duration, SHORT)
+                sweep = parse_sweep(self.config, changes=[f"integrate.duration={duration!r}"])
             return claims(self, sweep, laboratory.run(sweep.name, sweep))
 
         return measure
-
-
-def _times(sweep: Sweep) -> dict[str, float]:
-    return {"transient": sweep.clock.transient, "duration": sweep.clock.duration}
 
 
 def claims(case: Case, sweep: Sweep, result: Result) -> list[Claim]:
@@ -163,7 +160,7 @@ name: jerk
 model: jerk
 parameters: {A: 2.017}
 initial: {x: 0, w: 0}
-axes: {v: {start: 0.49, stop: 0.51, num: 16}}
+axes: {v: {start: 0.47, stop: 0.5, num: 16}} # from 0.506 on it escapes
 integrate: {method: dp8, dt: 0.05, transient: 1000, duration: 2.0e+5}
 measures: {lyapunov: {exponents: 3, block: 20}}
 """

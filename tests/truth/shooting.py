@@ -12,10 +12,10 @@ from scipy.integrate import solve_ivp
 Rhs = Callable[..., Sequence[Any]]  # of states and parameters
 
 TINY = 1e-30  # complex step
-RELATIVE, ABSOLUTE = 1e-10, 1e-12
+TOLERANCE = 1e-10
 AT_ONCE = 250  # cells of similar periods in one system of equations
 ITERATIONS = 8
-CONVERGED = 1e-9  # of Newton's last step, against 1 + |u|
+CONVERGED = 10  # Newton's last step against 1 + |u|, in tolerances
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,9 @@ def jacobian(rhs: Rhs, u: np.ndarray, p: Sequence[Any]) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def close(rhs: Rhs, u: np.ndarray, period: np.ndarray, parameters: Sequence[np.ndarray]) -> Closed:
+def close(
+    rhs: Rhs, u: np.ndarray, period: np.ndarray, parameters: Sequence[np.ndarray], tolerance: float = TOLERANCE
+) -> Closed:
     """Return the cycles that Newton's method reaches from guesses of a point and the period.
 
     Parameters
@@ -63,6 +65,8 @@ def close(rhs: Rhs, u: np.ndarray, period: np.ndarray, parameters: Sequence[np.n
     u : (n, D) float64
     period : (n,) float64
     parameters : sequence of (n,) arrays
+    tolerance : float
+        Relative, of DOP853.
     """
     n, dimension = u.shape
     found, point, times = np.zeros(n, bool), u.copy(), period.copy()
@@ -71,12 +75,12 @@ def close(rhs: Rhs, u: np.ndarray, period: np.ndarray, parameters: Sequence[np.n
     for cells in (order[first : first + AT_ONCE] for first in range(0, n, AT_ONCE)):
         own = [p[cells] for p in parameters]
         for _ in range(ITERATIONS):
-            end, derivative = _after(rhs, point[cells], times[cells], own)
+            end, derivative = _after(rhs, point[cells], times[cells], own, tolerance)
             step = _newton(rhs, point[cells], end, derivative, own)
             point[cells] += step[:, :-1]
             times[cells] += step[:, -1]
             size = np.linalg.norm(step, axis=1)
-            found[cells] = size <= CONVERGED * (1.0 + np.linalg.norm(point[cells], axis=1))
+            found[cells] = size <= CONVERGED * tolerance * (1.0 + np.linalg.norm(point[cells], axis=1))
             if found[cells].all():
                 break
         values = np.linalg.eigvals(derivative)
@@ -84,7 +88,9 @@ def close(rhs: Rhs, u: np.ndarray, period: np.ndarray, parameters: Sequence[np.n
     return Closed(found, point, times, multipliers)
 
 
-def _after(rhs: Rhs, u: np.ndarray, period: np.ndarray, p: Sequence[Any]) -> tuple[np.ndarray, np.ndarray]:
+def _after(
+    rhs: Rhs, u: np.ndarray, period: np.ndarray, p: Sequence[Any], tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return states after their periods, (n, D), and how they depend on where they began, (n, D, D)."""
     n, d = u.shape
 
@@ -95,7 +101,7 @@ def _after(rhs: Rhs, u: np.ndarray, period: np.ndarray, p: Sequence[Any]) -> tup
         return np.asarray(np.concatenate([field(rhs, rows[:d], p), moved.reshape(d * d, n)]) * period).ravel()
 
     begin = np.concatenate([u.T, np.repeat(np.eye(d).reshape(d * d, 1), n, axis=1)])
-    done = solve_ivp(derivative, (0.0, 1.0), begin.ravel(), "DOP853", [1.0], rtol=RELATIVE, atol=ABSOLUTE)
+    done = solve_ivp(derivative, (0.0, 1.0), begin.ravel(), "DOP853", [1.0], rtol=tolerance, atol=tolerance / 100)
     rows = done.y[:, -1].reshape(d + d * d, n)
     return rows[:d].T, rows[d:].reshape(d, d, n).transpose(2, 0, 1)
 

@@ -29,7 +29,7 @@ def stop_early(laboratory: Laboratory) -> list[Claim]:
     """Run the plane in turn with and without early ends, each time from scratch."""
     shape = laboratory.choose(None, (23, 11))
     sweeps = {"on": plane("omega_c", shape), "off": plane("omega_c", shape, "stop_early=false")}
-    run_sweep(plane("omega_c", (4, 4), "integrate.duration=500"), _anew(laboratory, "warm"), workers=laboratory.workers)
+    run_sweep(plane("omega_c", (9, 5)), _anew(laboratory, "warm"), workers=laboratory.workers)
     seconds: dict[str, list[float]] = {name: [] for name in sweeps}
     for _ in range(laboratory.choose(ROUNDS, 1)):
         for name, sweep in sweeps.items():
