@@ -41,7 +41,9 @@ def test_rows_are_named_by_their_beginning() -> None:
     assert select([]) == list(ROWS)
 
 
-@pytest.mark.parametrize(("holds", "expected"), [((True, None), True), ((True, False), False), ((None,), True)])
+@pytest.mark.parametrize(
+    ("holds", "expected"), [((True, None), True), ((True, False), False), ((None,), True), ((np.bool_(False),), False)]
+)
 def test_a_row_holds_if_none_of_its_claims_is_missed(holds: tuple[bool | None, ...], expected: bool) -> None:
     outcome = table.run(_row(*holds), Laboratory(Path("nowhere")))
     assert outcome.holds is expected

@@ -73,4 +73,4 @@ class Outcome:
     @property
     def holds(self) -> bool:
         """Whether nothing is missed."""
-        return not self.error and all(claim.holds is not False for claim in self.claims)
+        return not self.error and all(claim.verdict != "MISSED" for claim in self.claims)
