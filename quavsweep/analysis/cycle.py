@@ -126,7 +126,8 @@ class CycleSearch:
     def __init__(self, model: Model, program: Program, method: ButcherTable, clock: Clock, lanes: int) -> None:
         self._model, self._program, self._method, self._dt = model, program, method, clock.dt
         self._flow = Flow(program, lanes)
-        self._step = self._dt * (1 if method.order >= METHOD.order else RATIO)
+        # Across a kink no method has a high order.
+        self._step = self._dt * (1 if method.order >= METHOD.order or program.switches else RATIO)
         self._event, self._direction = section_of(model, program)
         self._circle = circles(model)
         self._forced = model.forcing_period is not None

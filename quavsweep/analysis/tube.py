@@ -18,7 +18,7 @@ into itself, for e + radius (1 + q) / 2 < radius, and contracts there: the orbit
 *What is only checked:* that norm between the points at which it was computed, which lie WIDTH times farther out than
 the orbit; the derivative changes little so near (its change is of the order of the displacement, and the ellipsoid may
 not exceed a share of the amplitude). Rounding is not followed. The step is that of the sweep up to a tenth longer, so
-that it divides the period.
+that it divides the period. Where the equations have kinks, the derivative is that of the flow.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ import numpy as np
 
 from quavsweep.analysis.equilibrium import norm
 from quavsweep.analysis.flow import Flow
+from quavsweep.analysis.kink import tangent_across
 from quavsweep.analysis.returns import shortest
-from quavsweep.analysis.shooting import Closed
+from quavsweep.analysis.shooting import METHOD, Closed
 from quavsweep.kernels.method import ButcherTable
 
 WIDTH = 4.0  # radii at which the derivative is computed
@@ -155,8 +156,9 @@ def examine_tube(
     steps = _grade(part.period / dt, None if multiple is None else multiple[good])
     with np.errstate(all="ignore"):
         missed, norm_ = _runs(flow, method, part, own, frame, part.point, steps)
-        size = np.maximum(2.0 * np.maximum(last, before), 4.0 * missed / (1.0 - norm_))
-        settles = last <= 0.5 * (1.0 + norm_) * before + missed + frame.noise()
+        floor = 4.0 * missed / (1.0 - norm_)
+        size = np.maximum(2.0 * np.maximum(last, before), floor)
+        settles = last <= np.maximum(0.5 * (1.0 + norm_) * before + missed + frame.noise(), floor)
         slim = WIDTH * size * frame.extent() <= SLIM
         inside = (norm_ < 1.0) & settles & slim
         largest = norm_.copy()
@@ -215,5 +217,7 @@ def _runs(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Run the method over a period; return how far from the cycle it ends, and the norm of the derivative."""
     end, derivative, _ = flow.tangent(method, start, parameters, closed.period, steps)
+    if flow.program.switches and frame.heading is not None:
+        derivative = tangent_across(flow, METHOD, start, parameters, closed.period, closed.steps)[1]
     velocity = flow.velocity(end, parameters) if frame.heading is not None else np.zeros_like(end)
     return frame.distance(end, velocity), frame.stretching(derivative, velocity)
