@@ -145,7 +145,7 @@ def examine_tube(
         The multiplier of largest size but the neutral one.
     amplitude : (n, D) float64
     hits : three of (n, D) float64
-        The orbit's last hit near the cycle's point, and those one period and two before.
+        The orbit's last hit near the cycle's point, and those one period and two before; NaN where there is none.
     multiple : (n,) int or None
         Periods of the forcing in one of the cycle; None for an autonomous system, whose velocity is neutral.
     """
@@ -158,7 +158,7 @@ def examine_tube(
     frame = _frame(part, np.abs(slowest), amplitude, circle, multiple is not None)
     last, once, twice = (frame.distance(hit[good]) for hit in hits)
     turns = np.where(slowest.real < 0, 2, 1)
-    before = np.where(turns == 2, twice, once)
+    before = np.where((turns == 2) & np.isfinite(twice), twice, once)
     steps = _grade(turns * part.period / dt, None if multiple is None else turns * multiple[good])
     with np.errstate(all="ignore"):
         missed, norm_ = _runs(flow, method, part, own, frame, part.point, turns, steps)
