@@ -176,6 +176,7 @@ def _advance_batch(
         at_once = max(1, int(1e9 * LONGEST_CALL / (most * clock.block * layout.lanes * plan.step_ns)))
     for block in range(0, clock.batch_blocks, most):
         blocks = min(most, clock.batch_blocks - block)
+        layout.set_phase(lanes, clock.phase(done + block * clock.block))
         for first in range(0, groups, at_once):
             if stopped():
                 raise StoppedError("the run was stopped")
@@ -267,7 +268,7 @@ def _look(
 def _breakdowns(plan: Plan, evidence: Evidence, alive: np.ndarray, grown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Find the cells that diverged and those whose frame has lost rank; give them their status, void their growth."""
     clock, u = plan.clock, evidence["state"][alive]
-    diverged = np.asarray(~(np.abs(u.T) <= plan.sweep.model.bound).all(axis=0))  # also where it is no number
+    diverged = ~plan.sweep.model.within_bound(u)  # also where it is no number
     degenerate = np.zeros_like(diverged)
     if plan.layout.exponents:
         # All cells of a tile have been integrated equally far; a comparison with NaN or inf is no full rank.

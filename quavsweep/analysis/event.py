@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from quavsweep.analysis.equilibrium import derivatives
+from quavsweep.analysis.equilibrium import Time, derivatives
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
 
 ITERATIONS = 12  # of the Illinois method, of order 1.44: the bracket is below rounding long before
 
-Event = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of states (D, n) and coefficients (C, n) to (n,)
+Event = Callable[[np.ndarray, np.ndarray, Time], np.ndarray]  # of states (D, n), coefficients (C, n), time to (n,)
 
 
 def crossings(before: np.ndarray, after: np.ndarray, direction: str) -> np.ndarray:
@@ -28,7 +28,9 @@ def crossings(before: np.ndarray, after: np.ndarray, direction: str) -> np.ndarr
     return np.asarray({"up": up, "down": down, "both": up | down, "beyond": beyond}[direction])
 
 
-def step(program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+def step(
+    program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, coefficients: np.ndarray, t: Time = None
+) -> np.ndarray:
     """Return the states after a step of a length of its own for each.
 
     Parameters
@@ -36,16 +38,28 @@ def step(program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, 
     dt : (n,) float64
     u : (D, n) float64
     coefficients : (C, n) float64
+    t : (n,) float64 or float, optional
+        Time at the start of the step, needed if the system is forced.
     """
     slopes: list[np.ndarray] = []
-    for row in method.a:
+    for row, node in zip(method.a, method.nodes, strict=True):
         shift = sum((float(a) * k for a, k in zip(row, slopes, strict=True) if a), start=np.zeros_like(u))
-        slopes.append(derivatives(program, u + dt * shift, coefficients))
+        slopes.append(derivatives(program, u + dt * shift, coefficients, _later(t, float(node) * dt)))
     return np.asarray(u + dt * sum((float(b) * k for b, k in zip(method.b, slopes, strict=True)), start=0.0))
 
 
+def _later(t: Time, by: np.ndarray) -> Time:
+    return None if t is None else t + by
+
+
 def locate(
-    program: Program, method: ButcherTable, dt: float, event: Event, u: np.ndarray, coefficients: np.ndarray
+    program: Program,
+    method: ButcherTable,
+    dt: float,
+    event: Event,
+    u: np.ndarray,
+    coefficients: np.ndarray,
+    t: Time = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return when, and in which state, an event happens within the step that starts at `u`.
 
@@ -57,6 +71,8 @@ def locate(
     u : (D, n) float64
         States from which a whole step crosses zero.
     coefficients : (C, n) float64
+    t : (n,) float64 or float, optional
+        Time at the start of the step, needed if the system is forced.
 
     Returns
     -------
@@ -69,15 +85,18 @@ def locate(
     .. [1] M. Dowell, P. Jarratt, BIT 11, 168 (1971).
     """
     low, high = np.zeros(u.shape[1]), np.full(u.shape[1], dt)
-    at_low = event(u, coefficients)
-    at_high = event(step(program, method, high, u, coefficients), coefficients)
+
+    def after(time: np.ndarray) -> np.ndarray:
+        return event(step(program, method, time, u, coefficients, t), coefficients, _later(t, time))
+
+    at_low, at_high = event(u, coefficients, t), after(high)
     time = high
     for _ in range(ITERATIONS):
         slope = at_high - at_low
         time = np.where(slope == 0, high, (low * at_high - high * at_low) / np.where(slope == 0, 1.0, slope))
-        value = event(step(program, method, time, u, coefficients), coefficients)
+        value = after(time)
         opposite = value * at_high <= 0
         # An end that stays counts half from then on, so that both ends move.
         low, at_low = np.where(opposite, high, low), np.where(opposite, at_high, 0.5 * at_low)
         high, at_high = time, value
-    return time, step(program, method, time, u, coefficients)
+    return time, step(program, method, time, u, coefficients, t)

@@ -7,7 +7,7 @@ from importlib import import_module
 from quavsweep.errors import ModelError
 from quavsweep.models.model import Example, Model, Parameter, Relation, Section, State
 
-NAMES = ("lorenz", "quadrotor_yaw")
+NAMES = ("duffing", "lorenz", "quadrotor_yaw")
 
 __all__ = ["NAMES", "Example", "Model", "Parameter", "Relation", "Section", "State", "load_model"]
 
