@@ -82,6 +82,11 @@ def regions(sweep: Sweep, evidence: Evidence) -> np.ndarray:
     return np.concatenate([np.zeros(0, np.int8), *found])
 
 
+def undecided(sweep: Sweep, evidence: Evidence) -> np.ndarray:
+    """Return which cells are undecided, (n,) bool."""
+    return np.asarray(regions(sweep, evidence) == Region.UNDECIDED)
+
+
 def _parts(evidence: Evidence) -> Iterator[tuple[slice, Evidence]]:
     """Yield a few cells at a time, and which they are."""
     for first in range(0, len(evidence["status"]), AT_ONCE):

@@ -58,7 +58,11 @@ class Grid:
 
     def coordinates(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """Return the value of each axis in the cells start .. stop - 1, (stop - start,) float64 each."""
-        indices = np.unravel_index(np.arange(start, stop), self.shape) if self.axes else ()
+        return self.coordinates_of(np.arange(start, stop))
+
+    def coordinates_of(self, cells: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the value of each axis in some cells, (n,) float64 each."""
+        indices = np.unravel_index(cells, self.shape) if self.axes else ()
         return {axis.name: np.asarray(axis.values)[i] for axis, i in zip(self.axes, indices, strict=True)}
 
     def blocks(self, cells: int) -> Iterator[tuple[slice, ...]]:

@@ -12,10 +12,12 @@ from quavsweep.classify import classify, convergence
 from quavsweep.config import Sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Grid, Tile
-from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.integrate import continue_cells, integrate_tile
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.measures import Evidence, Measures, Orbit
 from quavsweep.models import Parameter
+from quavsweep.passes import with_passes
+from quavsweep.plan import make_plan
 
 MOST_TIMES = 200_000  # of the orbit
 SAME = 1e-9  # a value this near to one of the axis, as a share of its range, means that one
@@ -90,7 +92,7 @@ def compute_point(sweep: Sweep, values: Mapping[str, float], stopped: Callable[[
     """
     stopped = stopped or _never
     single, indices = _single(sweep, values)
-    evidence = _integrate(single, stopped)
+    evidence = _integrated(single, stopped)
     result = {name: array[0] for name, array in classify(single, evidence).items()}
     if sweep.measures.lyapunov:
         until, exponents, errors = (array[0] for array in convergence(single, evidence))
@@ -104,8 +106,14 @@ def _never() -> bool:
     return False
 
 
-def _integrate(sweep: Sweep, stopped: Callable[[], bool]) -> Evidence:
-    return integrate_tile(make_plan(sweep, default_lanes()), Tile(0, 0, 1), stopped)
+def _integrated(sweep: Sweep, stopped: Callable[[], bool]) -> Evidence:
+    """Return the evidence of the one cell of a sweep, with the passes of the effort."""
+    plan = make_plan(sweep, default_lanes())
+
+    def go_on(begin: int, end: int, evidence: Evidence) -> Evidence:
+        return continue_cells(plan.until(end), evidence, stopped)
+
+    return with_passes(sweep, integrate_tile(plan, Tile(0, 0, 1), stopped), go_on)[0]
 
 
 def _orbit(single: Sweep, steps: int, stopped: Callable[[], bool]) -> tuple[np.ndarray, np.ndarray]:
@@ -114,7 +122,7 @@ def _orbit(single: Sweep, steps: int, stopped: Callable[[], bool]) -> tuple[np.n
     every = -(-steps // MOST_TIMES)
     measure = Orbit(every=every * clock.dt, until=steps * clock.dt)
     alone = dataclasses.replace(single, config=single.config.model_copy(update={"measures": Measures(orbit=measure)}))
-    return alone.dimensions["time"].values, _integrate(alone, stopped)["orbit"][0]
+    return alone.dimensions["time"].values, _integrated(alone, stopped)["orbit"][0]
 
 
 def _single(sweep: Sweep, values: Mapping[str, float]) -> tuple[Sweep, tuple[int, ...] | None]:

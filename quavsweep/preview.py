@@ -14,9 +14,10 @@ import numpy as np
 from quavsweep.clock import Clock
 from quavsweep.config import Sweep
 from quavsweep.grid import Axis, Grid, Tile
-from quavsweep.integrate import Plan, integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.measures import Evidence
+from quavsweep.plan import Plan, make_plan
 from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet, check_folder
 from quavsweep.tiling import LARGEST_GROUP_BYTES, bytes_needed, choose_tile_cells

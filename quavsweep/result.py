@@ -123,8 +123,15 @@ class Result:
         return xarray.Dataset(arrays, attrs=self.stored.file_attributes)
 
 
-def open_result(path: Path | str) -> Result:
+def open_result(path: Path | str, horizon: float | None = None) -> Result:
     """Open a result file, or a run's folder: its result, or what its shards give if there is none yet.
+
+    Parameters
+    ----------
+    path : Path
+    horizon : float, optional
+        A time from t = 0, whole segments beyond the transient: what a run that ends there would have said, by the
+        folder's evidence. What is stored of the end alone is not in it: `final_state` and dense measures.
 
     Raises
     ------
@@ -134,17 +141,25 @@ def open_result(path: Path | str) -> Result:
         If what is stored is not what was written.
     """
     path = Path(path)
+    if horizon is not None and path.name == "result.h5":
+        path = path.parent
     if path.is_file():
+        if horizon is not None:
+            raise ConfigError("a horizon needs the evidence of a run", str(path), "name the folder of the run")
         if not looks_published(path):
             raise ConfigError("is not a result file", str(path), "name a result.h5 or the folder of a run")
         return _from_file(path)
     folder = RunFolder(path)
-    if folder.result.is_file():
+    if horizon is None and folder.result.is_file():
         return _from_file(folder.result)
     folder.must_exist()
     sweep = load_sweep(folder.config)
     identity = folder.present_identity(identify(sweep))
-    return Result(sweep, outcome_so_far(ShardSet.scan(folder, sweep, identity)))
+    shards = ShardSet.scan(folder, sweep, identity)
+    if horizon is None:
+        return Result(sweep, outcome_so_far(shards))
+    steps = sweep.steps_at(horizon)
+    return Result(sweep.until(steps).without_effort(), outcome_so_far(shards, steps))
 
 
 def _from_file(path: Path) -> Result:

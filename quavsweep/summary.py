@@ -8,8 +8,8 @@ import numpy as np
 
 from quavsweep.codes import REGION, Region
 from quavsweep.grid import Tile
-from quavsweep.integrate import cell_values
 from quavsweep.kernels.lookup import make_program
+from quavsweep.plan import cell_values
 from quavsweep.result import Result
 from quavsweep.store import block_cells
 

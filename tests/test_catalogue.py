@@ -13,10 +13,11 @@ from quavsweep.codes import Region
 from quavsweep.config import Sweep, parse_sweep
 from quavsweep.config.template import make_template
 from quavsweep.grid import Tile
-from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.program import TIME, Program
 from quavsweep.models import NAMES, Model, load_model
+from quavsweep.plan import make_plan
 from quavsweep.point import compute_point
 
 T = 0.7  # time at which forced systems are looked at
@@ -175,7 +176,7 @@ def test_the_example_of_a_model_runs(name: str) -> None:
     plan = make_plan(replace(sweep, clock=replace(sweep.clock, segments=2)), 16)
     evidence = integrate_tile(plan, Tile(0, 0, sweep.grid.size), lambda: False)
     assert np.isfinite(evidence["state"]).all()
-    assert model.within_bound(evidence["state"]).all()
+    assert model.bounded(evidence["state"]).all()
 
 
 # The values of others, with what a run of this length can be held to: three standard errors beyond their own.

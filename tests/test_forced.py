@@ -12,12 +12,13 @@ from scipy.integrate import solve_ivp
 from quavsweep.config import Sweep, dump_config, parse_sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Tile
-from quavsweep.integrate import generic_frame, integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.kernels.compiler import make_advance
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.method import DP8, RK4, ButcherTable
 from quavsweep.kernels.step import choose_layout
 from quavsweep.models import load_model
+from quavsweep.plan import generic_frame, make_plan
 from quavsweep.step_check import check_step
 from tests import twin
 
@@ -29,6 +30,7 @@ initial: {x: 1, v: 0}
 axes: {gamma: {start: 0.2, stop: 0.65, num: 20}}
 integrate: {method: rk4, dt: 0.02, transient: 50, duration: 150}
 measures: {lyapunov: {exponents: 2, block: 10}}
+stop_early: false
 """
 
 

@@ -14,9 +14,10 @@ from quavsweep.codes import Certificate, Status
 from quavsweep.config import Sweep, dump_config, parse_sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Tile
-from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
 from quavsweep.models import Model, Parameter, State
+from quavsweep.plan import make_plan
 from quavsweep.result import open_result
 from quavsweep.sweep import run_sweep
 from tests.conftest import LORENZ, YAW

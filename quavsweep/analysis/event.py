@@ -12,7 +12,18 @@ from quavsweep.kernels.program import Program
 
 ITERATIONS = 12  # of the Illinois method, of order 1.44: the bracket is below rounding long before
 
-Event = Callable[[np.ndarray, np.ndarray, Time], np.ndarray]  # of states (D, n), coefficients (C, n), time to (n,)
+# Of states (D, n), coefficients (C, n) and, in forced systems, time to (n,).
+Event = Callable[..., np.ndarray]
+
+
+def slope(program: Program, index: int) -> Event:
+    """Return the event that a state turns: its derivative, downward at a maximum."""
+
+    def event(u: np.ndarray, coefficients: np.ndarray, t: Time = None) -> np.ndarray:
+        (value,) = program.evaluate([program.rhs[index]], program.names(u, coefficients, t))
+        return np.broadcast_to(value, u.shape[1:])
+
+    return event
 
 
 def crossings(before: np.ndarray, after: np.ndarray, direction: str) -> np.ndarray:
@@ -52,10 +63,15 @@ def _later(t: Time, by: np.ndarray) -> Time:
     return None if t is None else t + by
 
 
+def _told(t: Time, by: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return a later time as events take it: not at all where there is none."""
+    return () if t is None else (t + by,)
+
+
 def locate(
     program: Program,
     method: ButcherTable,
-    dt: float,
+    dt: float | np.ndarray,
     event: Event,
     u: np.ndarray,
     coefficients: np.ndarray,
@@ -68,6 +84,8 @@ def locate(
 
     Parameters
     ----------
+    dt : float or (n,) float64
+        Length of the step.
     u : (D, n) float64
         States from which a whole step crosses zero.
     coefficients : (C, n) float64
@@ -84,16 +102,16 @@ def locate(
     ----------
     .. [1] M. Dowell, P. Jarratt, BIT 11, 168 (1971).
     """
-    low, high = np.zeros(u.shape[1]), np.full(u.shape[1], dt)
+    low, high = np.zeros(u.shape[1]), np.zeros(u.shape[1]) + dt
 
     def after(time: np.ndarray) -> np.ndarray:
-        return event(step(program, method, time, u, coefficients, t), coefficients, _later(t, time))
+        return event(step(program, method, time, u, coefficients, t), coefficients, *_told(t, time))
 
-    at_low, at_high = event(u, coefficients, t), after(high)
+    at_low, at_high = event(u, coefficients, *_told(t, low)), after(high)
     time = high
     for _ in range(ITERATIONS):
-        slope = at_high - at_low
-        time = np.where(slope == 0, high, (low * at_high - high * at_low) / np.where(slope == 0, 1.0, slope))
+        rise = at_high - at_low
+        time = np.where(rise == 0, high, (low * at_high - high * at_low) / np.where(rise == 0, 1.0, rise))
         value = after(time)
         opposite = value * at_high <= 0
         # An end that stays counts half from then on, so that both ends move.

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from quavsweep.analysis.equilibrium import Time
-from quavsweep.analysis.event import Event, crossings, locate
+from quavsweep.analysis.event import Event, crossings, locate, slope
 from quavsweep.clock import Clock
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
@@ -93,8 +92,9 @@ class Crossings:
         if chunk.last <= self.first or chunk.first >= self.last:
             return
         coefficients = self.scene.coefficients[:, None, chunk.cells]
-        times = self.scene.clock.phase(np.arange(chunk.first, chunk.last + 1)[:, None])
-        value = self.event(chunk.u.transpose(1, 0, 2), coefficients, times)
+        clock, steps = self.scene.clock, np.arange(chunk.first, chunk.last + 1)[:, None]
+        time = (clock.phase(steps),) if clock.period_steps else ()
+        value = self.event(chunk.u.transpose(1, 0, 2), coefficients, *time)
         steps, column = np.nonzero(crossings(value[:-1], value[1:], self.direction))
         inside = (chunk.first + steps >= self.first) & (chunk.first + steps < self.last)
         steps, column = steps[inside], column[inside]
@@ -155,10 +155,10 @@ class SampleWatcher(Watcher):
         first = scene.clock.transient_steps
         if samples.section is not None:
             index, at = scene.state(samples.section.of), samples.section.at
-            self._crossings = Crossings(scene, lambda u, c, t: u[index] - at, samples.section.direction, first, _END)
+            self._crossings = Crossings(scene, lambda u, c, *t: u[index] - at, samples.section.direction, first, _END)
         else:
-            slope = _slope(scene, scene.state(samples.maxima or scene.model.state_names[0]))
-            self._crossings = Crossings(scene, slope, "down", first, _END)
+            event = slope(scene.program, scene.state(samples.maxima or scene.model.state_names[0]))
+            self._crossings = Crossings(scene, event, "down", first, _END)
 
     def see(self, chunk: Chunk) -> None:
         """Mark the crossings of a chunk."""
@@ -181,7 +181,7 @@ class PeakWatcher(Watcher):
     def __init__(self, scene: Scene, peak: Peak) -> None:
         self._scene, self._last = scene, peak.hold(scene.clock)
         self._states = [scene.state(name) for name in peak.of]
-        self._turns = [Crossings(scene, _slope(scene, i), "both", 0, self._last) for i in self._states]
+        self._turns = [Crossings(scene, slope(scene.program, i), "both", 0, self._last) for i in self._states]
 
     def see(self, chunk: Chunk) -> None:
         """Mark the turns of a chunk, and look at the ends of the window."""
@@ -223,7 +223,7 @@ class FirstTimeWatcher(Watcher):
         self._scene, self._index, self._limit = scene, index, limit
         self._sign = sign = 1.0 if direction == "up" else -1.0
         last = first_time.hold(scene.clock)
-        self._crossings = Crossings(scene, lambda u, c, t: sign * (u[index] - limit), "beyond", 0, last)
+        self._crossings = Crossings(scene, lambda u, c, *t: sign * (u[index] - limit), "beyond", 0, last)
 
     def see(self, chunk: Chunk) -> None:
         """Mark the crossings of a chunk; an orbit may begin beyond the limit."""
@@ -242,17 +242,6 @@ class FirstTimeWatcher(Watcher):
 
 
 _END = 2**62  # a window that the run ends
-
-
-def _slope(scene: Scene, index: int) -> Event:
-    """Return the event that a state turns."""
-    program = scene.program
-
-    def slope(u: np.ndarray, coefficients: np.ndarray, t: Time) -> np.ndarray:
-        (value,) = program.evaluate([program.rhs[index]], program.names(u, coefficients, t))
-        return np.broadcast_to(value, u.shape[1:])
-
-    return slope
 
 
 def make_watchers(measures: Measures, scene: Scene) -> list[Watcher]:

@@ -65,6 +65,14 @@ class Thresholds(BaseModel):
     neutral: float = Field(default=5.0, ge=0, description="nor is one beyond this growth of ln over the time averaged")
 
 
+class Effort(BaseModel):
+    """How much further cells go on that are undecided at the end."""
+
+    model_config = _STRICT
+
+    max_duration: float = Field(gt=0, description="time over which their exponents are averaged, at most")
+
+
 class Config(BaseModel):
     """A sweep as the user writes it."""
 
@@ -78,4 +86,5 @@ class Config(BaseModel):
     integrate: IntegrateSection
     measures: Measures = Field(default_factory=Measures, description="what is recorded")
     stop_early: bool = Field(default=True, description="end a cell once its end is certified")
+    effort: Effort | None = Field(default=None, description="more time for cells that are undecided")
     classify: Thresholds = Field(default_factory=Thresholds, description="thresholds of the classification")

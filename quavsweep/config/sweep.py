@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from quavsweep.clock import Clock
-from quavsweep.config.schema import AxisSection, Config
+from quavsweep.config.schema import AxisSection, Config, IntegrateSection
+from quavsweep.errors import ConfigError
 from quavsweep.grid import Grid
 from quavsweep.kernels.method import METHODS, ButcherTable
 from quavsweep.measures import Dimension, Measures, Variable
@@ -89,6 +90,52 @@ class Sweep:
         config = self.config.model_copy(update={"axes": axes, "initial": initial, "parameters": parameters})
         return replace(self, config=config, grid=grid, parameters=parameters)
 
+    def until(self, steps: int) -> Sweep:
+        """Return the sweep that ends after so many steps, a whole number of segments; canonical configs differ."""
+        clock = replace(self.clock, segments=steps // self.clock.segment_steps)
+        return replace(self, clock=clock)
+
+    def without_effort(self) -> Sweep:
+        """Return the sweep whose cells all end together."""
+        return replace(self, config=self.config.model_copy(update={"effort": None}))
+
+    def steps_at(self, horizon: float) -> int:
+        """Return the steps of a horizon, a time from t = 0, whole segments beyond the transient.
+
+        Raises
+        ------
+        ConfigError
+            If nothing is stored there.
+        """
+        clock = self.clock
+        length = clock.segment_steps * clock.dt
+        first, last, segments = clock.transient_segments + 1, clock.segments, horizon / length
+        whole = round(segments)
+        if abs(segments - whole) <= 1e-9 * max(1.0, segments) and first <= whole <= last:
+            return whole * clock.segment_steps
+        low = min(max(math.floor(segments), first), last)
+        near = sorted({low, min(max(math.ceil(segments), first), last)})
+        what = f"nothing is stored at a horizon of {horizon:g}{self.unit_of_time}"
+        ends = f"it may be {first * length:g} to {last * length:g} in steps of {length:g}"
+        raise ConfigError(what, possible=f"nearest {' and '.join(f'{n * length:g}' for n in near)}; {ends}")
+
+    @property
+    def most_steps(self) -> int:
+        """Steps to which undecided cells may be taken; those of the clock unless the config asks for effort."""
+        clock, effort = self.clock, self.config.effort
+        if effort is None:
+            return clock.steps
+        segments = math.ceil(effort.max_duration / (clock.segment_steps * clock.dt) - 1e-9)
+        return max(clock.steps, (clock.transient_segments + segments) * clock.segment_steps)
+
+    def pass_ends(self) -> Iterator[int]:
+        """Yield the steps at which the passes of the effort end: each doubles the duration, up to the most."""
+        clock, transient = self.clock, self.clock.transient_steps
+        end = clock.steps
+        while end < self.most_steps:
+            end = min(transient + 2 * (end - transient), self.most_steps)
+            yield end
+
     def settings(self) -> dict[str, Any]:
         """Return what of the canonical config may change a number or a label of the result."""
         data = {key: value for key, value in self.canonical().items() if key != "name"}
@@ -100,9 +147,10 @@ class Sweep:
         clock = self.clock
         data["parameters"] = dict(self.parameters)
         data["initial"] = {name: data["initial"][name] for name in self.model.state_names if name in data["initial"]}
-        data["integrate"] |= {
+        times = data["integrate"] | {
             "transient": clock.transient,
             "duration": clock.duration,
             "segment": clock.segment_steps * clock.dt,
         }
+        data["integrate"] = {key: times[key] for key in IntegrateSection.model_fields if key in times}
         return data

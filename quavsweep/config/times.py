@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from quavsweep.clock import Clock
 from quavsweep.config.place import Keys, Place
@@ -34,17 +33,18 @@ def choose_clock(config: Config, place: Place, period_steps: int = 0) -> Clock:
     section, measures = config.integrate, config.measures
     block = measures.block
     total = section.transient + section.duration
-    asked = measures.batch or (None if measures.lyapunov else section.segment)
     least = max(1, period_steps // block)  # blocks in the shortest batch
-    if asked:
-        lengths = range(whole(asked, least * block * section.dt), 0, -1)[:1]
+    if measures.batch:
+        lengths = range(whole(measures.batch, least * block * section.dt), 0, -1)[:1]
+    elif section.segment and not measures.lyapunov:
+        parts = whole(section.segment, least * block * section.dt)
+        number = next(n for n in (BATCHES_PER_SEGMENT, 2, 1) if parts % n == 0)
+        lengths = range(parts // number, 0, -1)[:1]
     else:
         longest = whole(min(total / BATCHES, section.segment or total), least * block * section.dt)
         lengths = range(longest, longest // 4, -1)[:MAX_TRIED]
     clocks = (_rounded(section, block, least * length, period_steps) for length in lengths)
     clock = min(clocks, key=lambda c: round((c.transient + c.duration) / total, 9))
-    if not measures.lyapunov:  # nothing is averaged; a canonical config, which says the segment, gives this clock too
-        clock = replace(clock, batch_blocks=clock.batch_blocks * clock.segment_batches, segment_batches=1)
     _check_clock(clock, config, place)
     return clock
 

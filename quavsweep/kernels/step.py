@@ -48,9 +48,25 @@ class Lines:
         return [f"for i in range({self._lanes}):", *("    " + line for line in self.lines)]
 
 
-def choose_layout(program: Program, method: ButcherTable, vectors: int, lanes: int, trace: bool = False) -> Layout:
-    """Return the layout of the faster form of a step, see `print_step`."""
-    joint = Layout(program.dimension, vectors, len(program.coefficients), lanes, trace, phase=program.forced)
+def choose_layout(
+    program: Program, method: ButcherTable, vectors: int, lanes: int, last_from_trace: bool = False
+) -> Layout:
+    """Return the layout of the faster form of a step, see `print_step`.
+
+    The integral of the trace is followed where an exponent is made of it, and as a check of all of them where the
+    divergence depends on the state.
+    """
+    trace = last_from_trace or (vectors == program.dimension and not program.has_constant_divergence)
+    coefficients = len(program.coefficients)
+    joint = Layout(
+        program.dimension,
+        vectors,
+        coefficients,
+        lanes,
+        trace,
+        last_from_trace=last_from_trace,
+        phase=program.forced,
+    )
     if not vectors or method.stages * joint.stretch_row <= LARGEST_JOINT:
         return joint
     return replace(joint, scratch=method.stages * len(_varying(program)))

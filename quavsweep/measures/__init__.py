@@ -79,7 +79,9 @@ class Measures(BaseModel):
     @property
     def block(self) -> int:
         """Steps between two orthonormalisations."""
-        return self.lyapunov.block if self.lyapunov else BLOCK
+        if self.lyapunov:
+            return self.lyapunov.block
+        return Lyapunov().block if self.verdict else BLOCK
 
     @property
     def batch(self) -> float | None:

@@ -244,27 +244,34 @@ class Model:
         """Names of the parameters that the period of the forcing depends on."""
         return tuple(inspect.signature(self.forcing_period).parameters) if self.forcing_period else ()
 
-    def within_bound(self, u: np.ndarray) -> np.ndarray:
-        """Return whether states (..., D) have not diverged, bool (...); on a circle every number is within."""
-        bounds = [np.finfo(np.float64).max if state.circle else self.bound for state in self.states]
-        return np.asarray((np.abs(u) <= np.array(bounds)).all(axis=-1))  # False where it is no number
+    @property
+    def circles(self) -> tuple[tuple[int, float], ...]:
+        """Index and length of a turn of the states that are angles."""
+        return tuple((i, state.circle) for i, state in enumerate(self.states) if state.circle)
 
     def wrap(self, u: np.ndarray) -> np.ndarray:
-        """Return states (..., D) with angles on their circles, 0 <= angle < circle."""
-        turned = np.array(u, dtype=np.float64)
-        for i, state in enumerate(self.states):
-            if state.circle:
-                angle = np.mod(turned[..., i], state.circle)
-                turned[..., i] = np.where(angle < state.circle, angle, 0.0)  # mod may round up to a whole turn
-        return turned
+        """Return states (n, D) with angles within their first turn, 0 <= angle < turn."""
+        if not self.circles:
+            return u
+        u = u.copy()
+        for i, turn in self.circles:
+            angle = np.mod(u[:, i], turn)
+            u[:, i] = np.where(angle == turn, 0.0, angle)  # what lies just below 0 is rounded to a whole turn
+        return u
 
     def difference(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return u - v, (..., D), angles by the nearer way around their circles."""
-        apart = np.array(np.subtract(u, v), dtype=np.float64)
-        for i, state in enumerate(self.states):
-            if state.circle:
-                apart[..., i] -= state.circle * np.round(apart[..., i] / state.circle)
+        """Return u - v, states (n, D), angles by the shorter way round."""
+        apart: np.ndarray = np.subtract(u, v)
+        for i, turn in self.circles:
+            apart[:, i] -= turn * np.rint(apart[:, i] / turn)
         return apart
+
+    def bounded(self, u: np.ndarray) -> np.ndarray:
+        """Return which states (n, D) are numbers within the bound, (n,) bool; angles have none."""
+        size = np.abs(u)
+        for i, _ in self.circles:
+            size[:, i] = np.where(np.isfinite(size[:, i]), 0.0, size[:, i])
+        return np.asarray((self.bound >= size.T).all(axis=0))
 
     def quantity(self, name: str) -> State | Parameter:
         """Return the state or parameter of that name.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,17 +14,26 @@ import numpy as np
 from quavsweep.classify import classify, result_variables
 from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
+from quavsweep.horizon import truncated
 from quavsweep.measures import Variable
 from quavsweep.provenance import Identity
 from quavsweep.store.netcdf import Coordinate, block_cells, write_result
+from quavsweep.store.passes import blocks
 from quavsweep.store.publish import TEMPORARY
 from quavsweep.store.sealed_file import read_result
 from quavsweep.store.shard_set import Block, ShardSet
 from quavsweep.store.stored import Stored
 
 
-def write_outcome(path: Path, shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool]) -> None:
-    """Classify all evidence and publish the result file.
+def write_outcome(
+    path: Path, shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool], horizon: int | None = None
+) -> int:
+    """Classify all evidence and publish the result file; return how many undecided cells wait for more effort.
+
+    Parameters
+    ----------
+    horizon : int, optional
+        Classify as a run of so many steps would have, without what is stored of the end alone.
 
     Raises
     ------
@@ -35,20 +45,33 @@ def write_outcome(path: Path, shards: ShardSet, failed: Mapping[int, str], stopp
         If `stopped()` became true, asked before each block.
     """
     sweep = shards.sweep
-    variables = {v: _attributes(sweep, v) for v in result_variables(sweep)}
+    if horizon is not None:
+        sweep = sweep.until(horizon)
+        shards = replace(shards, sweep=shards.sweep.without_effort())
+    variables = {v: _attributes(sweep, v) for v in _told(sweep, horizon)}
+    waiting: dict[int, int] = {}
     write_result(
         path,
         sweep.grid,
         _coordinates(sweep),
         variables,
-        _classified(shards, failed, stopped),
+        _classified(shards, failed, stopped, waiting, horizon),
         _file(sweep, shards.identity),
         block_cells(sweep.cell_bytes),
     )
+    return sum(waiting.values())
 
 
-def outcome_so_far(shards: ShardSet) -> Stored:
-    """Return what the result file would hold if the missing tiles stayed missing.
+def _told(sweep: Sweep, horizon: int | None) -> tuple[Variable, ...]:
+    """Return the variables of a result; at a horizon, those that do not need the state there."""
+    if horizon is None:
+        return result_variables(sweep)
+    unknown = {"final_state", *(variable.name for variable in sweep.measures.outputs)}
+    return tuple(variable for variable in result_variables(sweep) if variable.name not in unknown)
+
+
+def outcome_so_far(shards: ShardSet, horizon: int | None = None) -> Stored:
+    """Return what the result file would hold if the missing tiles stayed missing, or if the run had been shorter.
 
     It lies in a temporary file whose name is gone already, because it may be too large for the memory.
 
@@ -61,17 +84,27 @@ def outcome_so_far(shards: ShardSet) -> Stored:
     """
     with tempfile.TemporaryDirectory(prefix=TEMPORARY) as folder:
         path = Path(folder) / "result.h5"
-        write_outcome(path, shards, {}, lambda: False)
+        write_outcome(path, shards, {}, lambda: False, horizon)
         return read_result(path)
 
 
 def _classified(
-    shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool]
+    shards: ShardSet,
+    failed: Mapping[int, str],
+    stopped: Callable[[], bool],
+    waiting: dict[int, int],
+    horizon: int | None,
 ) -> Iterator[tuple[Block, Mapping[str, np.ndarray]]]:
-    for block, evidence in shards.blocks(block_cells(shards.sweep.cell_bytes), failed):
+    sweep = shards.sweep
+    for block, parts in blocks(shards, block_cells(sweep.cell_bytes), failed, waiting):
         if stopped():
             raise StoppedError("stopped while the result was written", possible="the same command continues it")
-        yield block, classify(shards.sweep, evidence)
+        if horizon is None:
+            classified = [classify(sweep, evidence) for evidence in parts]
+        else:
+            shorter = sweep.until(horizon)
+            classified = [classify(shorter, truncated(sweep, evidence, horizon)) for evidence in parts]
+        yield block, {name: np.concatenate([part[name] for part in classified]) for name in classified[0]}
 
 
 def _coordinates(sweep: Sweep) -> list[Coordinate]:
