@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from math import sqrt
 
 import numpy as np
@@ -12,12 +11,10 @@ import pytest
 from quavsweep.codes import Region
 from quavsweep.config import Sweep, parse_sweep
 from quavsweep.config.template import make_template
-from quavsweep.grid import Tile
-from quavsweep.integrate import integrate_tile
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.program import TIME, Program
 from quavsweep.models import NAMES, Model, load_model
-from quavsweep.plan import make_plan
+from quavsweep.plan import cell_values, generic_frame, make_plan
 from quavsweep.point import compute_point
 
 T = 0.7  # time at which forced systems are looked at
@@ -172,11 +169,14 @@ def test_the_synchronous_motor_has_a_pitchfork_and_a_hopf_point() -> None:
 def test_the_example_of_a_model_runs(name: str) -> None:
     model = load_model(name)
     changes = [f"axes.{axis}.num=2" for axis in model.example.axes]  # type: ignore[union-attr]
-    sweep = parse_sweep(make_template(model, name), name, changes)
-    plan = make_plan(replace(sweep, clock=replace(sweep.clock, segments=2)), 16)
-    evidence = integrate_tile(plan, Tile(0, 0, sweep.grid.size), lambda: False)
-    assert np.isfinite(evidence["state"]).all()
-    assert model.bounded(evidence["state"]).all()
+    plan = make_plan(parse_sweep(make_template(model, name), name, changes), 16)
+    layout, n = plan.layout, plan.sweep.grid.size
+    parameters, u = cell_values(plan.sweep, np.arange(n))
+    frame = np.broadcast_to(generic_frame(layout.dimension, layout.vectors), (n, layout.vectors, layout.dimension))
+    scaled = plan.program.coefficient_values(parameters, plan.method.time_unit(plan.clock.dt))
+    lanes = layout.pack(u, frame, scaled)
+    plan.advance(lanes.reshape(-1), 0, len(lanes), 200, plan.clock.block)
+    assert model.bounded(layout.state(lanes, n)).all()
 
 
 # The values of others, with what a run of this length can be held to: three standard errors beyond their own.

@@ -8,33 +8,32 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from quavsweep.analysis.event import Event, locate, step
 from quavsweep.analysis.flow import Flow
 from quavsweep.analysis.returns import (
     MOST_HITS,
     ROUNDING,
+    HitList,
     Hits,
     amplitudes,
     between,
     circles,
-    collect,
     crossed,
     nearest_return,
     section_of,
-    shortest,
     size,
+    strobed,
 )
-from quavsweep.analysis.shooting import METHOD, Closed, Shooting, floquet
+from quavsweep.analysis.shooting import METHOD, Closed, Shooting, floquet, grade
+from quavsweep.analysis.tour import Guide, Tour
 from quavsweep.analysis.tube import UNIT, examine_tube
 from quavsweep.clock import Clock
-from quavsweep.codes import CycleSymmetry
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
 from quavsweep.models import Model
 
-RATIO = 2  # steps of a method of low order that one of order 8 takes at once
+RATIO = 4  # steps of a method of low order that one of order 8 takes at once where that need not be exact
 ATTEMPTS = 3  # guesses of the period: the first, its divisor or double, and once more
-SAME = 1e-6  # distance in amplitudes below which two exact hits are one
+SPARSE = 4  # steps of a stretch of which one is enough to see how far an orbit goes
 SHRUNK = 0.1  # a closed orbit smaller than this share of the recorded one is an equilibrium's spiral
 REST = 1e-8  # amplitude against 1 + |u| of a forced orbit that rests
 REST_SCALE = 1e-2  # unit of length around such a rest, against 1 + |u|
@@ -96,12 +95,16 @@ class Cycles:
 
 
 @dataclass(frozen=True)
-class _Tour:
-    """One period of n closed orbits: exact hits, amplitudes, and whether their mirror images are the same orbit."""
+class _Stretch:
+    """What n orbits did: their hits and amplitudes, and the step with which they were followed."""
 
     hits: Hits
     amplitude: np.ndarray
-    symmetry: np.ndarray
+    dt: np.ndarray
+
+    def take(self, cells: np.ndarray) -> _Stretch:
+        """Return those of some cells."""
+        return _Stretch(self.hits.take(cells), self.amplitude[cells], self.dt[cells])
 
 
 class CycleSearch:
@@ -126,7 +129,9 @@ class CycleSearch:
         self._step = self._dt * (1 if method.order >= METHOD.order else RATIO)
         self._event, self._direction = section_of(model, program)
         self._circle = circles(model)
-        self._signs = [np.array(s, dtype=float) for s in model.symmetries if any(sign != 1 for sign in s)]
+        self._forced = model.forcing_period is not None
+        signs = [np.array(s, dtype=float) for s in model.symmetries if any(sign != 1 for sign in s)]
+        self._guide = Guide(self._flow, self._event, self._direction, signs, self._circle, self._forced)
         section = model.section
         self._shooting = Shooting(
             self._flow,
@@ -134,12 +139,8 @@ class CycleSearch:
             None if self._forced else self._event,
             model.state_names.index(section.of) if section else 0,
             section is None or section.at is None,
-            2.0 * self._step,
+            max(self._step, 2.0 * self._dt),
         )
-
-    @property
-    def _forced(self) -> bool:
-        return self._model.forcing_period is not None
 
     def find(self, u: np.ndarray, parameters: Sequence[np.ndarray], steps: int) -> Cycles:
         """Return the stable cycles in whose tubes orbits are.
@@ -155,17 +156,15 @@ class CycleSearch:
         """
         cycles = Cycles.none(*u.shape)
         with np.errstate(all="ignore"):
-            cells, hits, amplitude = self._stretch(u, parameters, steps)
-            own = [p[cells] for p in parameters]
-            count = nearest_return(hits, amplitude, self._circle)
+            stretch = self._follow(u, parameters, steps)
+            count = nearest_return(stretch.hits, stretch.amplitude, self._circle)
             for _ in range(ATTEMPTS):
                 open_ = np.flatnonzero(count)
                 if not open_.size:
                     break
-                some = Hits(hits.count[open_], hits.time[open_], hits.state[open_])
-                found, again = self._attempt(some, amplitude[open_], [p[open_] for p in own], count[open_])
-                cycles.put(cells[open_], found, found.found)
-                count[open_] = again
+                own = [p[open_] for p in parameters]
+                found, count[open_] = self._attempt(stretch.take(open_), own, count[open_])
+                cycles.put(open_, found, found.found)
         return cycles
 
     def close(self, u: np.ndarray, period: np.ndarray, parameters: Sequence[np.ndarray]) -> Cycles:
@@ -183,170 +182,105 @@ class CycleSearch:
             if self._forced:
                 multiple = np.maximum(np.rint(period / self._forcing(parameters)).astype(int), 1)
             amplitude = np.empty_like(u)
-            for count in np.unique(steps := np.ceil(period / self._step).astype(int)):
-                cells = np.flatnonzero(steps == count)
-                own = [p[cells] for p in parameters]
-                for part, states in self._flow.record(METHOD, u[cells], own, period[cells] / count, int(count)):
-                    amplitude[cells[part]] = amplitudes(states, self._circle)
+            steps = grade(period / self._step)
+            for cells, states in self._flow.record(METHOD, u, parameters, period, steps):
+                amplitude[cells] = amplitudes(states, self._circle)
             closed = self._shooting.close(u, period, parameters, amplitude, multiple)
-            return self._describe(closed, self._tour(closed, parameters, multiple), multiple)
+            return self._describe(closed, self._guide.tour(closed, parameters, multiple), *floquet(closed))
 
-    def _stretch(
-        self, u: np.ndarray, parameters: Sequence[np.ndarray], steps: int
-    ) -> tuple[np.ndarray, Hits, np.ndarray]:
-        """Follow orbits for so many steps; return cells in some order, their hits and amplitudes."""
-        all_cells, times, states, amplitude = [], [], [], []
-        n, per_period = len(u), np.zeros(len(u), dtype=int)
-        if self._forced:
-            per_period = np.ceil(self._forcing(parameters) / self._step * (1 - 1e-9)).astype(int)
-        for every in np.unique(per_period):
-            group = np.flatnonzero(per_period == every)
-            own = [p[group] for p in parameters]
-            count = int(np.ceil(steps * self._dt / self._step))
-            step_ = np.full(group.size, self._step)
-            if every:
-                count = max(1, count // int(every)) * int(every)
-                step_ = self._forcing(own) / every
-            c = self._program.coefficient_values(own)
-            for part, table in self._flow.record(METHOD, u[group], own, step_, count):
-                amplitude.append((group[part], amplitudes(table, self._circle)))
-                if every:
-                    at, column = np.tile(np.arange(0, count + 1, every), part.size), np.repeat(
-                        np.arange(part.size), count // every + 1
-                    )
-                    time, state = at * step_[part][column], table[at, :, column]
-                else:
-                    at, column = crossed(self._event, self._direction, table, c[:, part])
-                    pair = (table[at, :, column], table[at + 1, :, column])
-                    time, state = between(self._program, self._event, pair, c[:, part[column]], step_[part[column]])
-                    time = time + at * step_[part[column]]
-                all_cells.append(group[part[column]])
-                times.append(time)
-                states.append(state)
-        cells, time, state = (np.concatenate(x) if x else np.zeros(0) for x in (all_cells, times, states))
-        sizes = np.ones_like(u)
-        for part, value in amplitude:
-            sizes[part] = value
-        order = np.argsort(cells, kind="stable")
-        hits = collect(cells[order].astype(int), time[order], state[order].reshape(-1, u.shape[1]), n)
-        return np.arange(n), hits, sizes
+    def _follow(self, u: np.ndarray, parameters: Sequence[np.ndarray], steps: int) -> _Stretch:
+        """Follow orbits for so many steps of the sweep."""
+        counts, time, every = self._times(len(u), parameters, steps)
+        dt, c = time / counts, self._program.coefficient_values(parameters)
+        amplitude, hits = np.empty_like(u), HitList(u.shape[1])
+        for cells, states in self._flow.record(METHOD, u, parameters, time, counts):
+            amplitude[cells] = amplitudes(states[::SPARSE], self._circle)
+            if self._forced:
+                at, column = strobed(states, every[cells])
+                state = states[at, :, column]
+                hits.add(cells[column], at * dt[cells[column]], state, state)
+                continue
+            at, column = crossed(self._event, self._direction, states, c[:, cells])
+            where, begin = cells[column], states[at, :, column]
+            pair = (begin, states[at + 1, :, column])
+            later, state = between(self._program, self._event, pair, c[:, where], dt[where])
+            hits.add(where, later + at * dt[where], state, begin)
+        return _Stretch(hits.table(len(u)), amplitude, dt)
+
+    def _times(self, n: int, parameters: Sequence[np.ndarray], steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return for a stretch of so many steps of the sweep: long steps, its length, long steps in a forcing."""
+        count = max(1, round(steps * self._dt / self._step))
+        counts = np.full(n, count)
+        if not self._forced:
+            return counts, counts * self._step, counts
+        period = self._forcing(parameters)
+        every = np.ceil(period / self._step * (1 - ROUNDING)).astype(int)
+        times = np.maximum(counts // every, 1)
+        return times * every, times * period, every
 
     def _attempt(
-        self, hits: Hits, amplitude: np.ndarray, parameters: Sequence[np.ndarray], count: np.ndarray
+        self, stretch: _Stretch, parameters: Sequence[np.ndarray], count: np.ndarray
     ) -> tuple[Cycles, np.ndarray]:
         """Close orbits after so many hits, (n,) int; return what is certified, and the number to try next or 0."""
-        rows = np.arange(len(count))
-        last, before = hits.state[:, 0], hits.state[rows, count]
-        period = hits.time[:, 0] - hits.time[rows, count]
+        hits, rows = stretch.hits, np.arange(len(count))
+        period, multiple = hits.time[:, 0] - hits.time[rows, count], np.ones_like(count)
         if self._forced:
-            period = self._forcing(parameters) * count
-        closed = self._shooting.close(last, period, parameters, amplitude, count if self._forced else np.ones_like(count))
-        tour = self._tour(closed, parameters, count)
-        cycles = self._describe(closed, tour, count)
-        again = np.where(closed.found & (cycles.hits < tour.hits.count), cycles.hits, 0)
-        sizes = np.abs(cycles.multipliers)
-        if not self._forced:
-            neutral = np.argmin(np.abs(cycles.multipliers - 1.0), axis=1)
-            sizes[rows, neutral] = 0.0
-        radius = sizes.max(axis=1)
-        doubled = closed.found & (again == 0) & (cycles.multipliers.real.min(axis=1) <= -UNIT)
-        again = np.where(doubled & (hits.count > 2 * count) & (2 * count < MOST_HITS), 2 * count, again)
-        real = closed.found & (again == 0) & (size(tour.amplitude, amplitude) >= SHRUNK) | cycles.resting
+            period, multiple = self._forcing(parameters) * count, count
+        closed = self._shooting.close(hits.state[:, 0], period, parameters, stretch.amplitude, multiple)
+        multipliers, exponents = floquet(closed)
+        radius = self._radius(multipliers)
+        doubled = closed.found & (multipliers.real.min(axis=1) <= -UNIT)
+        again = np.where(doubled & (hits.count > 2 * count) & (2 * count < MOST_HITS), 2 * count, 0)
+        closed.found[:] &= radius < UNIT
+        tour = self._guide.tour(closed, parameters, multiple)
+        cycles = self._describe(closed, tour, multipliers, exponents)
+        again = np.where(closed.found & (tour.least < tour.hits.count), tour.least, again)
+        large = size(tour.amplitude, stretch.amplitude) >= SHRUNK
+        closed.found[:] &= (again == 0) & (tour.least > 0) & (large | cycles.resting)
         scale = np.where(cycles.resting[:, None], REST_SCALE * (1.0 + np.abs(closed.point)), tour.amplitude)
-        multiple = count if self._forced else None
-        closed.found[:] = real
-        tube = examine_tube(
-            self._flow, self._method, self._dt, closed, radius, scale, self._circle, parameters, (last, before), multiple
-        )
-        cycles.found[:] = tube.inside
+        near = self._near(closed.found, stretch, parameters, count)
+        cycles.found[:] = examine_tube(
+            self._flow,
+            self._method,
+            self._dt,
+            closed,
+            radius,
+            scale,
+            self._circle,
+            parameters,
+            near,
+            multiple if self._forced else None,
+        ).inside
         return cycles, again
 
-    def _tour(self, closed: Closed, parameters: Sequence[np.ndarray], multiple: np.ndarray) -> _Tour:
-        """Go round closed orbits once, beginning half a step behind the point, so that it is hit within a step."""
-        n, dimension = closed.point.shape
-        amplitude = np.ones((n, dimension))
-        symmetric = np.zeros(n, dtype=bool)
-        lists: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        mirrored: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        for count in np.unique(closed.steps[closed.found]):
-            group = np.flatnonzero(closed.found & (closed.steps == count))
-            own = [p[group] for p in parameters]
-            c, dt = self._program.coefficient_values(own), closed.period[group] / count
-            start = closed.point[group]
-            if not self._forced:
-                start = step(self._program, METHOD, 0.5 * dt, start.T, c).T
-            for part, states in self._flow.record(METHOD, start, own, dt, int(count)):
-                cells = group[part]
-                amplitude[cells] = amplitudes(states, self._circle)
-                if self._forced:
-                    for j, cell in enumerate(cells):
-                        at = np.arange(multiple[cell]) * (count // multiple[cell])
-                        lists.append((np.full(at.size, cell), at * dt[part[j]], states[at, :, j]))
-                        mirrored += [(np.full(1, cell), np.zeros(1), states[:1, :, j] * s) for s in self._signs]
-                    continue
-                lists.append(self._exact(self._event, states, c[:, part], dt[part], cells))
-                mirrored += [self._mirrored(s, states, c[:, part], dt[part], cells) for s in self._signs]
-        hits = _table(lists, n, dimension)
-        hits.state[...] = self._wrapped(hits.state)
-        for cells, _, states in mirrored:
-            away = size(shortest(hits.state[cells] - states[:, None, :], self._circle), amplitude[cells][:, None, :])
-            symmetric[cells[np.nanmin(away, axis=1, initial=np.inf) <= SAME]] = True
-        symmetry = np.where(symmetric, CycleSymmetry.SYMMETRIC, CycleSymmetry.MIRRORED).astype(np.int8)
-        return _Tour(hits, amplitude, symmetry if self._signs else np.zeros(n, dtype=np.int8))
+    def _near(
+        self, which: np.ndarray, stretch: _Stretch, parameters: Sequence[np.ndarray], count: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the last hits and those `count` before, (n, D), of the cells that are asked for exactly."""
+        hits, rows = stretch.hits, np.arange(len(count))
+        near = hits.state[:, 0].copy(), hits.state[rows, count]
+        if not self._forced:
+            cells = np.flatnonzero(which)
+            c = self._program.coefficient_values([p[cells] for p in parameters])
+            for state, column in zip(near, (np.zeros_like(cells), count[cells]), strict=True):
+                state[cells] = self._guide.exact(hits.begin[cells, column], c, stretch.dt[cells])[1]
+        return near
 
-    def _exact(
-        self, event: Event, states: np.ndarray, coefficients: np.ndarray, dt: np.ndarray, cells: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return cells, times and states of the hits of a recorded stretch, (1 + steps, D, m), to rounding."""
-        at, column = crossed(event, self._direction, states, coefficients)
-        begin = np.ascontiguousarray(states[at, :, column].T)
-        time, state = locate(self._program, METHOD, dt[column], event, begin, coefficients[:, column])
-        return cells[column], time + at * dt[column], state.T
+    def _radius(self, multipliers: np.ndarray) -> np.ndarray:
+        """Return the size of the largest multiplier but the neutral one, which forced systems do not have, (n,)."""
+        sizes = np.abs(multipliers)
+        if not self._forced:
+            neutral = np.argmin(np.abs(multipliers - 1.0), axis=1)
+            sizes[np.arange(len(sizes)), neutral] = 0.0
+        return np.asarray(sizes.max(axis=1))
 
-    def _mirrored(
-        self, signs: np.ndarray, states: np.ndarray, coefficients: np.ndarray, dt: np.ndarray, cells: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return a hit of each orbit's mirror image, as far as it has one."""
-
-        def event(u: np.ndarray, c: np.ndarray) -> np.ndarray:
-            return self._event(u * signs.reshape(-1, *[1] * (u.ndim - 1)), c)
-
-        cell, time, state = self._exact(event, states, coefficients, dt, cells)
-        cell, first = np.unique(cell, return_index=True)
-        return cell, time[first], state[first] * signs
-
-    def _describe(self, closed: Closed, tour: _Tour, multiple: np.ndarray) -> Cycles:
+    def _describe(self, closed: Closed, tour: Tour, multipliers: np.ndarray, exponents: np.ndarray) -> Cycles:
         """Return closed orbits as cycles, with the hits of their least period."""
-        cycles = Cycles.none(*closed.point.shape)
-        multipliers, exponents = floquet(closed)
-        least = self._least(tour)
-        cycles.found[:] = closed.found & (least > 0)
-        cycles.hits[:] = least
-        cycles.period[:], cycles.symmetry[:] = closed.period, tour.symmetry
-        cycles.point[:] = _last(tour.hits, tour.amplitude)
-        cycles.multipliers[:], cycles.exponents[:] = multipliers, exponents
+        resting = np.zeros(len(tour.least), dtype=bool)
         if self._forced:
-            still = (tour.amplitude <= REST * (1.0 + np.abs(closed.point))).all(axis=1)
-            cycles.resting[:] = closed.found & still
-        return cycles
-
-    def _least(self, tour: _Tour) -> np.ndarray:
-        """Return after how many of the exact hits of an orbit they repeat themselves, (n,) int."""
-        hits, least = tour.hits, tour.hits.count.copy()
-        for part in range(1, int(hits.count.max(initial=0)) // 2 + 1):
-            cells = np.flatnonzero((hits.count % part == 0) & (part < least))
-            states = hits.state[cells]
-            away = size(shortest(states[:, part:] - states[:, :-part], self._circle), tour.amplitude[cells][:, None, :])
-            same = ~(away > SAME).any(axis=1)
-            least[cells[same]] = part
-        return least
-
-    def _wrapped(self, states: np.ndarray) -> np.ndarray:
-        """Return states with angles in one turn that begins a rounding error below zero."""
-        finite = np.isfinite(self._circle)
-        turn = np.where(finite, self._circle, 1.0)
-        slack = ROUNDING * turn
-        return np.where(finite, np.mod(states + slack, turn) - slack, states)
+            resting = closed.found & (tour.amplitude <= REST * (1.0 + np.abs(closed.point))).all(axis=1)
+        found = closed.found & (tour.least > 0)
+        return Cycles(found, resting, closed.period, tour.least, tour.symmetry, tour.point, multipliers, exponents)
 
     def _forcing(self, parameters: Sequence[np.ndarray]) -> np.ndarray:
         """Return the periods of the forcing, (n,)."""
@@ -355,20 +289,3 @@ class CycleSearch:
         named = dict(zip(self._model.parameter_names, parameters, strict=True))
         wanted = {name: named[name] for name in inspect.signature(period).parameters}
         return np.broadcast_to(np.asarray(period(**wanted), dtype=float), (len(parameters[0]),))
-
-
-def _table(lists: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], n: int, dimension: int) -> Hits:
-    """Return the table of hits that were found in parts."""
-    empty = (np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, dimension)))
-    cells, times, states = (np.concatenate(part) for part in zip(empty, *lists, strict=True))
-    order = np.lexsort((times, cells))
-    return collect(cells[order], times[order], states[order], n)
-
-
-def _last(hits: Hits, amplitude: np.ndarray) -> np.ndarray:
-    """Return the hit that comes last in the order of the states, up to rounding, (n, D)."""
-    kept = np.isfinite(hits.time)
-    for i in range(hits.state.shape[2]):
-        value = np.where(kept, hits.state[:, :, i], -np.inf)
-        kept &= value >= (value.max(axis=1) - ROUNDING * amplitude[:, i])[:, None]
-    return hits.state[np.arange(len(kept)), np.argmax(kept, axis=1)]

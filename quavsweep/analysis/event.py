@@ -33,10 +33,11 @@ def crossings(before: np.ndarray, after: np.ndarray, direction: str) -> np.ndarr
     counted twice; an orbit that touches zero exactly there and turns back counts as well. `beyond` is a step that
     ends above zero and began at or below it.
     """
-    up = (before < 0) & (after >= 0)
-    down = (before > 0) & (after <= 0)
-    beyond = (before <= 0) & (after > 0)
-    return np.asarray({"up": up, "down": down, "both": up | down, "beyond": beyond}[direction])
+    if direction == "beyond":
+        return np.asarray((before <= 0) & (after > 0))
+    if direction == "both":
+        return np.asarray(crossings(before, after, "up") | crossings(before, after, "down"))
+    return np.asarray((before < 0) & (after >= 0) if direction == "up" else (before > 0) & (after <= 0))
 
 
 def step(

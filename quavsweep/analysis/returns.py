@@ -12,8 +12,9 @@ from quavsweep.kernels.program import Program
 from quavsweep.models import Model
 
 MOST_HITS = 64  # the last hits of a stretch that are compared, so no cycle of more hits is found
-NEAR = 1e-3  # distance of two hits, in units of the orbit's amplitude, at which they may be one point of a cycle
-SETTLING = 10.0  # an orbit that settles may have been this many times farther from its cycle one hit before
+NEAR = 5e-4  # distance of two hits, in units of the orbit's amplitude, at which they may be one point of a cycle
+SETTLING = 1.2  # how much farther than the return a period before one may be
+NOISE = 1e-5  # of returns, because hits are interpolated
 LIKE = 4.0  # returns within this factor of the nearest one count as good as it, so that the first of them is the period
 ROUNDING = 1e-9  # hits nearer than this are one; the least amplitude against 1 + |u|
 
@@ -30,11 +31,43 @@ class Hits:
         From the start of the stretch; NaN where there is none.
     state : (n, K, D) float64
         NaN where there is none.
+    begin : (n, K, D) float64
+        The states from which the steps began that hit.
     """
 
     count: np.ndarray
     time: np.ndarray
     state: np.ndarray
+    begin: np.ndarray
+
+    def take(self, cells: np.ndarray) -> Hits:
+        """Return the hits of some cells."""
+        return Hits(self.count[cells], self.time[cells], self.state[cells], self.begin[cells])
+
+
+class HitList:
+    """Hits that are found in parts."""
+
+    def __init__(self, dimension: int) -> None:
+        self._parts = [(np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, 2 * dimension)))]
+
+    def add(self, cells: np.ndarray, times: np.ndarray, states: np.ndarray, begin: np.ndarray) -> None:
+        """Add k hits in any order: cells and times, (k,), states and those at the beginning of the step, (k, D)."""
+        self._parts.append((cells, times, np.concatenate([states, begin], axis=1)))
+
+    def table(self, n: int) -> Hits:
+        """Return the table of the last hits of n cells."""
+        cells, times, states = (np.concatenate(part) for part in zip(*self._parts, strict=True))
+        order = np.lexsort((times, cells))
+        cells = cells[order]
+        total = np.bincount(cells, minlength=n)
+        rank = np.cumsum(total)[cells] - 1 - np.arange(cells.size)
+        kept = order[rank < MOST_HITS]
+        cells, rank = cells[rank < MOST_HITS], rank[rank < MOST_HITS]
+        most = max(1, int(rank.max(initial=0)) + 1)
+        time, state = np.full((n, most), np.nan), np.full((n, most, states.shape[1]), np.nan)
+        time[cells, rank], state[cells, rank] = times[kept], states[kept]
+        return Hits(np.minimum(total, MOST_HITS), time, *np.split(state, 2, axis=2))
 
 
 def section_of(model: Model, program: Program) -> tuple[Event, str]:
@@ -44,7 +77,7 @@ def section_of(model: Model, program: Program) -> tuple[Event, str]:
     if section is None or section.at is None:
         return slope(program, index), "down"
     at = section.at
-    return (lambda u, coefficients: u[index] - at), section.direction
+    return (lambda u, coefficients: np.asarray(u[index] - at)), section.direction
 
 
 def circles(model: Model) -> np.ndarray:
@@ -114,7 +147,9 @@ def between(
     for _ in range(3):  # regula falsi, in Illinois' form
         share = low - (high - low) * at_low / (at_high - at_low)
         s = share[:, None]
-        state = (1 - s) ** 2 * ((1 + 2 * s) * before + s * h * first) + s**2 * ((3 - 2 * s) * after - (1 - s) * h * last)
+        state = (1 - s) ** 2 * ((1 + 2 * s) * before + s * h * first) + s**2 * (
+            (3 - 2 * s) * after - (1 - s) * h * last
+        )
         value = event(state.T, coefficients)
         opposite = value * at_high <= 0
         low, at_low = np.where(opposite, high, low), np.where(opposite, at_high, 0.5 * at_low)
@@ -122,33 +157,28 @@ def between(
     return share * dt, state
 
 
-def collect(cells: np.ndarray, times: np.ndarray, states: np.ndarray, n: int) -> Hits:
-    """Return the table of the last hits of n cells from lists of hits, by cell and time."""
-    total = np.bincount(cells, minlength=n)
-    rank = np.cumsum(total)[cells] - 1 - np.arange(cells.size)
-    kept = rank < MOST_HITS
-    time = np.full((n, MOST_HITS), np.nan)
-    state = np.full((n, MOST_HITS, states.shape[-1]), np.nan)
-    time[cells[kept], rank[kept]] = times[kept]
-    state[cells[kept], rank[kept]] = states[kept]
-    return Hits(np.minimum(total, MOST_HITS), time, state)
+def strobed(states: np.ndarray, every: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the steps at phase 0 and the cells, from states (steps, D, m) and the steps in a period, (m,) int."""
+    at, column = np.nonzero(np.arange(len(states))[:, None] % every == 0)
+    return at, column
 
 
 def nearest_return(hits: Hits, amplitude: np.ndarray, circle: np.ndarray) -> np.ndarray:
     """Return after how many hits an orbit nearly comes back to its last one, (n,) int; 0 where it does not.
 
-    A return counts if it is near, if the hit before came back almost as near, and it is the first that is about as
-    near as the nearest: for an orbit that settles on a cycle that is one period.
+    A return counts if it is near, and not farther than the one a period before, which tells it from most chance
+    returns of chaotic orbits; so two periods are needed. Of these the first is taken that is about as near as the
+    nearest: for an orbit that settles on a cycle that is one period.
     """
-    distance = _distances(hits.state, amplitude, circle)
-    before = _distances(hits.state[:, 1:], amplitude, circle)
-    before = np.concatenate([before, np.full((len(before), 1), np.nan)], axis=1)
-    distance = np.where((distance <= NEAR) & ~(before > SETTLING * NEAR), distance, np.inf)
-    least = distance.min(axis=1)
-    first = np.argmax(distance <= np.maximum(LIKE * least, ROUNDING)[:, None], axis=1) + 1
-    return np.where(np.isfinite(least), first, 0)
-
-
-def _distances(states: np.ndarray, amplitude: np.ndarray, circle: np.ndarray) -> np.ndarray:
-    """Return the distances of the first states (n, K, D) to each of the others, (n, K - 1); NaN without hits."""
-    return size(shortest(states[:, 1:] - states[:, :1], circle), amplitude[:, None, :])
+    states = hits.state
+    distance = size(shortest(states[:, 1:] - states[:, :1], circle), amplitude[:, None, :])
+    distance = np.where(distance <= NEAR, distance, np.inf)
+    cells, column = np.nonzero(np.isfinite(distance))
+    twice = np.minimum(2 * (column + 1), states.shape[1] - 1)
+    earlier = size(shortest(states[cells, column + 1] - states[cells, twice], circle), amplitude[cells])
+    settles = distance[cells, column] <= np.maximum(SETTLING * earlier, NOISE)
+    settles &= (twice == 2 * (column + 1)) & np.isfinite(earlier)
+    distance[cells[~settles], column[~settles]] = np.inf
+    least = distance.min(axis=1, initial=np.inf)
+    first = np.cumsum(distance <= np.maximum(LIKE * least, NOISE)[:, None], axis=1) == 0
+    return np.where(np.isfinite(least), first.sum(axis=1) + 1, 0)

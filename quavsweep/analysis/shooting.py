@@ -17,8 +17,8 @@ METHOD = METHODS["dp8"]
 GRADES = tuple(round(8 * 2 ** (k / 4)) for k in range(96))  # numbers of steps; a cell's own period chooses one
 ITERATIONS = 8
 COARSE, FINE = 1e-4, 1e-10  # size of Newton's last step against the amplitude, with long steps and with short ones
-FARTHEST = 1.0  # a step of Newton's method beyond this many amplitudes means that no cycle is near
-LOOSEST = 0.3  # change of the period against its first guess beyond which it is another cycle
+FARTHEST = 0.3  # a step of Newton's method beyond this many amplitudes means that no cycle is near
+LOOSEST = 0.1  # change of the period against its first guess beyond which it is another cycle
 NEUTRAL = 1e-9  # wanted of the neutral exponent, 1/time
 ACCEPTED = 1e-8  # of the neutral exponent, where no halving of the step brings it lower
 ACCEPTED_KINK = 0.02  # of the neutral multiplier, where the equations have kinks
@@ -60,8 +60,12 @@ class Closed:
     @classmethod
     def none(cls, n: int, dimension: int) -> Closed:
         """Return n orbits that are not closed."""
-        numbers = [np.full(shape, np.nan) for shape in ((n, dimension), n, (n, dimension, dimension), n, (n, dimension), n)]
-        return cls(np.zeros(n, dtype=bool), *numbers, np.zeros(n, dtype=int))
+
+        def nan(*shape: int) -> np.ndarray:
+            return np.full((n, *shape), np.nan)
+
+        d = dimension
+        return cls(np.zeros(n, dtype=bool), nan(d), nan(), nan(d, d), nan(), nan(d), nan(), np.zeros(n, dtype=int))
 
     def put(self, cells: np.ndarray, other: Closed) -> None:
         """Write other orbits into some of these."""
@@ -114,6 +118,8 @@ class Shooting:
     ) -> Closed:
         """Return the closed orbits near points of a section.
 
+        First with long steps, then with halves of them until all is exact.
+
         Parameters
         ----------
         u : (n, D) float64
@@ -125,30 +131,16 @@ class Shooting:
         multiple : (n,) int
             Of which the number of steps has to be a multiple.
         """
-        closed = Closed.none(*u.shape)
         steps = grade(period / (self.step * multiple)) * multiple
-        for count in np.unique(steps):
-            cells = np.flatnonzero(steps == count)
-            own = [p[cells] for p in parameters]
-            closed.put(cells, self._close(u[cells], period[cells], own, amplitude[cells], int(count)))
-        return closed
-
-    def _close(
-        self, u: np.ndarray, period: np.ndarray, parameters: Sequence[np.ndarray], amplitude: np.ndarray, steps: int
-    ) -> Closed:
-        """Close orbits with the same number of steps: first with long ones, then with halves until all is exact."""
-        kinks = bool(self.flow.program.switches)
-        closed = Closed.none(*u.shape)
-        coarse = self._newton(u, period, parameters, amplitude, steps, COARSE)
-        open_ = np.flatnonzero(coarse.found)
-        closed.put(open_, coarse.take(open_))
+        closed = self._newton(u, period, parameters, amplitude, steps, COARSE)
+        open_ = np.flatnonzero(closed.found)
         closed.found[:] = False
+        kinks = bool(self.flow.program.switches)
         for halving in range(1, (HALVINGS_KINK if kinks else HALVINGS) + 1):
             if not open_.size:
                 break
-            own = [p[open_] for p in parameters]
-            start = closed.take(open_)
-            finer = self._newton(start.point, start.period, own, amplitude[open_], steps * 2**halving, FINE)
+            own, start = [p[open_] for p in parameters], closed.take(open_)
+            finer = self._newton(start.point, start.period, own, amplitude[open_], steps[open_] * 2**halving, FINE)
             goal = np.minimum(NEUTRAL * finer.period, NEUTRAL)
             accepted = ACCEPTED_KINK if kinks else np.minimum(ACCEPTED * finer.period, ACCEPTED)
             closed.put(open_, finer)
@@ -162,10 +154,10 @@ class Shooting:
         period: np.ndarray,
         parameters: Sequence[np.ndarray],
         amplitude: np.ndarray,
-        steps: int,
+        steps: np.ndarray,
         goal: float,
     ) -> Closed:
-        """Close orbits with so many steps, until Newton's steps are as small as `goal` amplitudes."""
+        """Close orbits with so many steps each, until Newton's steps are as small as `goal` amplitudes."""
         guess = period
         closed = Closed.none(*u.shape)
         closed.point[:], closed.period[:], closed.steps[:] = u, period, steps
@@ -176,7 +168,7 @@ class Shooting:
                 break
             x, time, c = closed.point[open_], closed.period[open_], coefficients[:, open_]
             own = [p[open_] for p in parameters]
-            end, derivative, volume = self.flow.tangent(METHOD, x, own, time / steps, steps)
+            end, derivative, volume = self.flow.tangent(METHOD, x, own, time, steps[open_])
             gap = shortest(end - x, self.circle)
             if self.event is None:
                 velocity = np.zeros_like(x)

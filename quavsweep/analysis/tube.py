@@ -1,4 +1,4 @@
-"""The tube of a cycle: a neighbourhood that the method's own return map takes into itself, and whether a state is in it.
+"""The tube of a cycle: a neighbourhood that the method's return map takes into itself, and whether an orbit is in it.
 
 Around a point x* of a cycle of period T, z are the D - 1 coordinates of u - x* across the flow (all D in a forced
 system), in units of the orbit's amplitude, and A the derivative of the return map there. With all multipliers but the
@@ -38,7 +38,7 @@ WIDTH = 4.0  # radii at which the derivative is computed
 DOUBLINGS = 24  # of the sum of the metric: 2^24 terms
 UNIT = 1.0 - 1e-6  # largest size of a multiplier whose cycle is certified
 SLIM = 0.1  # largest extent of the ellipsoid of WIDTH radii, in units of the orbit's amplitude
-NOISE = 1e-5  # of hits that were interpolated, in units of the amplitude
+NOISE = 1e-9  # of hits, in units of the amplitude
 GRADES = tuple(int(8 * 2 ** (k / 8)) for k in range(192))  # numbers of steps, rounded down
 
 
@@ -103,11 +103,11 @@ class _Frame:
 
     def extent(self) -> np.ndarray:
         """Return how far the ellipsoid of radius one reaches, in units of the amplitude, (n,)."""
-        return np.abs(np.matmul(self.across, self.to_z)).max(axis=(1, 2))
+        return np.asarray(np.abs(np.matmul(self.across, self.to_z)).max(axis=(1, 2)))
 
     def noise(self) -> np.ndarray:
-        """Return how large an error of interpolated hits is in the metric, (n,)."""
-        return NOISE * np.abs(self.to_y).sum(axis=(1, 2))
+        """Return how large an error of hits is in the metric, (n,)."""
+        return np.asarray(NOISE * np.abs(self.to_y).sum(axis=(1, 2)))
 
     def take(self, cells: np.ndarray) -> _Frame:
         """Return the coordinates of some of the cycles."""
@@ -214,13 +214,6 @@ def _runs(
     steps: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Run the method over a period; return how far from the cycle it ends, and the norm of the derivative."""
-    distance, stretched = np.full((2, len(steps)), np.inf)
-    for count in np.unique(steps):
-        cells = np.flatnonzero(steps == count)
-        own = [p[cells] for p in parameters]
-        end, derivative, _ = flow.tangent(method, start[cells], own, closed.period[cells] / count, int(count))
-        velocity = flow.velocity(end, own) if frame.heading is not None else np.zeros_like(end)
-        part = frame.take(cells)
-        distance[cells] = part.distance(end, velocity)
-        stretched[cells] = part.stretching(derivative, velocity)
-    return distance, stretched
+    end, derivative, _ = flow.tangent(method, start, parameters, closed.period, steps)
+    velocity = flow.velocity(end, parameters) if frame.heading is not None else np.zeros_like(end)
+    return frame.distance(end, velocity), frame.stretching(derivative, velocity)

@@ -49,14 +49,14 @@ class Lines:
 
 
 def choose_layout(
-    program: Program, method: ButcherTable, vectors: int, lanes: int, last_from_trace: bool = False
+    program: Program, method: ButcherTable, vectors: int, lanes: int, last_from_trace: bool = False, trace: bool = False
 ) -> Layout:
     """Return the layout of the faster form of a step, see `print_step`.
 
     The integral of the trace is followed where an exponent is made of it, and as a check of all of them where the
-    divergence depends on the state.
+    divergence depends on the state; `trace` asks for it in any case.
     """
-    trace = last_from_trace or (vectors == program.dimension and not program.has_constant_divergence)
+    trace = trace or last_from_trace or (vectors == program.dimension and not program.has_constant_divergence)
     coefficients = len(program.coefficients)
     joint = Layout(
         program.dimension,
