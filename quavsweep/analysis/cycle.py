@@ -126,7 +126,8 @@ class CycleSearch:
     def __init__(self, model: Model, program: Program, method: ButcherTable, clock: Clock, lanes: int) -> None:
         self._model, self._program, self._method, self._dt = model, program, method, clock.dt
         self._flow = Flow(program, lanes)
-        self._step = self._dt * (1 if method.order >= METHOD.order else RATIO)
+        # Across a kink no method has a high order.
+        self._step = self._dt * (1 if method.order >= METHOD.order or program.switches else RATIO)
         self._event, self._direction = section_of(model, program)
         self._circle = circles(model)
         self._forced = model.forcing_period is not None
@@ -228,10 +229,10 @@ class CycleSearch:
             period, multiple = self._forcing(parameters) * count, count
         closed = self._shooting.close(hits.state[:, 0], period, parameters, stretch.amplitude, multiple)
         multipliers, exponents = floquet(closed)
-        radius = self._radius(multipliers)
+        slowest = self._slowest(multipliers)
         doubled = closed.found & (multipliers.real.min(axis=1) <= -UNIT)
         again = np.where(doubled & (hits.count > 2 * count) & (2 * count < MOST_HITS), 2 * count, 0)
-        closed.found[:] &= radius < UNIT
+        closed.found[:] &= np.abs(slowest) < UNIT
         tour = self._guide.tour(closed, parameters, multiple)
         cycles = self._describe(closed, tour, multipliers, exponents)
         again = np.where(closed.found & (tour.least < tour.hits.count), tour.least, again)
@@ -244,7 +245,7 @@ class CycleSearch:
             self._method,
             self._dt,
             closed,
-            radius,
+            slowest,
             scale,
             self._circle,
             parameters,
@@ -255,24 +256,23 @@ class CycleSearch:
 
     def _near(
         self, which: np.ndarray, stretch: _Stretch, parameters: Sequence[np.ndarray], count: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the last hits and those `count` before, (n, D), of the cells that are asked for exactly."""
-        hits, rows = stretch.hits, np.arange(len(count))
-        near = hits.state[:, 0].copy(), hits.state[rows, count]
+    ) -> list[np.ndarray]:
+        """Return the last hits and those `count` and twice as many before, (n, D), exactly where asked for."""
+        hits, rows, cells = stretch.hits, np.arange(len(count)), np.flatnonzero(which)
+        columns = [np.minimum(turns * count, hits.time.shape[1] - 1) for turns in (0, 1, 2)]
+        near = [hits.state[rows, column] for column in columns]
         if not self._forced:
-            cells = np.flatnonzero(which)
             c = self._program.coefficient_values([p[cells] for p in parameters])
-            for state, column in zip(near, (np.zeros_like(cells), count[cells]), strict=True):
-                state[cells] = self._guide.exact(hits.begin[cells, column], c, stretch.dt[cells])[1]
+            for state, column in zip(near, columns, strict=True):
+                state[cells] = self._guide.exact(hits.begin[cells, column[cells]], c, stretch.dt[cells])[1]
         return near
 
-    def _radius(self, multipliers: np.ndarray) -> np.ndarray:
-        """Return the size of the largest multiplier but the neutral one, which forced systems do not have, (n,)."""
-        sizes = np.abs(multipliers)
+    def _slowest(self, multipliers: np.ndarray) -> np.ndarray:
+        """Return the multiplier of largest size but the neutral one, which forced systems do not have, (n,)."""
+        sizes, rows = np.abs(multipliers), np.arange(len(multipliers))
         if not self._forced:
-            neutral = np.argmin(np.abs(multipliers - 1.0), axis=1)
-            sizes[np.arange(len(sizes)), neutral] = 0.0
-        return np.asarray(sizes.max(axis=1))
+            sizes[rows, np.argmin(np.abs(multipliers - 1.0), axis=1)] = -1.0
+        return np.asarray(multipliers[rows, np.argmax(sizes, axis=1)])
 
     def _describe(self, closed: Closed, tour: Tour, multipliers: np.ndarray, exponents: np.ndarray) -> Cycles:
         """Return closed orbits as cycles, with the hits of their least period."""

@@ -10,6 +10,7 @@ import numpy as np
 from quavsweep.analysis.equilibrium import eigensystem, norm, solve, vector_field
 from quavsweep.analysis.event import Event
 from quavsweep.analysis.flow import Flow
+from quavsweep.analysis.kink import tangent_across
 from quavsweep.analysis.returns import shortest, size
 from quavsweep.kernels.method import METHODS
 
@@ -19,10 +20,9 @@ ITERATIONS = 8
 COARSE, FINE = 1e-4, 1e-10  # size of Newton's last step against the amplitude, with long steps and with short ones
 FARTHEST = 0.3  # a step of Newton's method beyond this many amplitudes means that no cycle is near
 LOOSEST = 0.1  # change of the period against its first guess beyond which it is another cycle
-NEUTRAL = 1e-9  # wanted of the neutral exponent, 1/time
+NEUTRAL = 1e-10  # wanted of the neutral exponent, 1/time
 ACCEPTED = 1e-8  # of the neutral exponent, where no halving of the step brings it lower
-ACCEPTED_KINK = 0.02  # of the neutral multiplier, where the equations have kinks
-HALVINGS, HALVINGS_KINK = 3, 6
+HALVINGS = 3
 LOST = 1e-11  # a multiplier below this share of the derivative's norm is rounding
 
 
@@ -135,14 +135,13 @@ class Shooting:
         closed = self._newton(u, period, parameters, amplitude, steps, COARSE)
         open_ = np.flatnonzero(closed.found)
         closed.found[:] = False
-        kinks = bool(self.flow.program.switches)
-        for halving in range(1, (HALVINGS_KINK if kinks else HALVINGS) + 1):
+        for halving in range(1, HALVINGS + 1):
             if not open_.size:
                 break
             own, start = [p[open_] for p in parameters], closed.take(open_)
             finer = self._newton(start.point, start.period, own, amplitude[open_], steps[open_] * 2**halving, FINE)
             goal = np.minimum(NEUTRAL * finer.period, NEUTRAL)
-            accepted = ACCEPTED_KINK if kinks else np.minimum(ACCEPTED * finer.period, ACCEPTED)
+            accepted = np.minimum(ACCEPTED * finer.period, ACCEPTED)
             closed.put(open_, finer)
             closed.found[open_] &= finer.error <= accepted
             open_ = open_[finer.found & ~(finer.error <= goal)]
@@ -168,7 +167,7 @@ class Shooting:
                 break
             x, time, c = closed.point[open_], closed.period[open_], coefficients[:, open_]
             own = [p[open_] for p in parameters]
-            end, derivative, volume = self.flow.tangent(METHOD, x, own, time, steps[open_])
+            end, derivative, volume = self._run(x, own, time, steps[open_])
             gap = shortest(end - x, self.circle)
             if self.event is None:
                 velocity = np.zeros_like(x)
@@ -190,6 +189,13 @@ class Shooting:
             closed.found[open_[done]] = True
             open_ = open_[near & ~done]
         return closed
+
+    def _run(
+        self, u: np.ndarray, parameters: Sequence[np.ndarray], time: np.ndarray, steps: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        if self.flow.program.switches and self.event is not None:
+            return tangent_across(self.flow, METHOD, u, parameters, time, steps)
+        return self.flow.tangent(METHOD, u, parameters, time, steps)
 
     def _bordered(
         self,

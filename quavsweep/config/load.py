@@ -13,6 +13,7 @@ from quavsweep.config.complaint import first_error
 from quavsweep.config.document import MAX_BYTES, read_config
 from quavsweep.config.ensemble import BOX, check_ensemble
 from quavsweep.config.explanation import explained
+from quavsweep.config.forcing import forcing_period, in_step, shortened
 from quavsweep.config.place import Keys, Place, quoted
 from quavsweep.config.relation import broken_relations
 from quavsweep.config.schema import ENSEMBLE, Config
@@ -80,12 +81,14 @@ def _check(config: Config, place: Place) -> Sweep:
     check_domains(model, fixed, config, grid, place)
     if config.ensemble and config.measures.lyapunov is None and config.measures.verdict is None:
         config = config.model_copy(update={"measures": config.measures.model_copy(update={"verdict": Verdict()})})
-    clock = choose_clock(config, place)
+    asked, (config, period_steps) = config, in_step(config, forcing_period(model, fixed, grid, place), place)
+    clock = choose_clock(config, place, period_steps)
     problem = config.measures.problem(model, clock)
     if problem is not None:
         raise place.error(("measures", *problem.key.split(".")), problem.what, problem.possible)
     measures = config.measures.rounded(model, clock)
     warnings = (
+        *shortened(asked, config, period_steps),
         *rounding(config.integrate, clock),
         *config.measures.changes(measures),
         *broken_relations(model, fixed, grid),

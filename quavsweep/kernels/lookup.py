@@ -30,6 +30,7 @@ def make_program(model: Model) -> Program:
         repr(inspect.getclosurevars(model.rhs).nonlocals),
         *model.state_names,
         *model.parameter_names,
+        syntax_digest(model.forcing_period) if model.forcing_period else "",
         syntax_digest("quavsweep.models.function"),
         syntax_digest("quavsweep.kernels.derive"),
         syntax_digest("quavsweep.kernels.choice"),

@@ -7,7 +7,20 @@ from importlib import import_module
 from quavsweep.errors import ModelError
 from quavsweep.models.model import Example, Model, Parameter, Relation, Section, State
 
-NAMES = ("lorenz", "quadrotor_yaw")
+NAMES = (
+    "bldc",
+    "chen",
+    "chua",
+    "duffing",
+    "jerk",
+    "linear",
+    "lorenz",
+    "pmsm",
+    "quadrotor_yaw",
+    "rossler",
+    "stuart_landau",
+    "torus",
+)
 
 __all__ = ["NAMES", "Example", "Model", "Parameter", "Relation", "Section", "State", "load_model"]
 
