@@ -95,6 +95,20 @@ def test_a_cycle_of_closed_form(method: str) -> None:
     assert np.abs(cycles.exponents[:, 0]).max() > 0, "the neutral exponent is computed, not set"
 
 
+def driven(x, y, v, w, rate):  # type: ignore[no-untyped-def]
+    square = x**2 + y**2
+    return x - y - x * square, x + y - y * square, x - rate * v, v + x * y - 1.5 * rate * w
+
+
+def test_multipliers_below_all_rounding_are_known() -> None:
+    """Two states follow the cycle with rates -8 and -12: their multipliers are 1e-22 and 1e-33."""
+    bench = Bench(_model(driven, "x y v w", rate=8.0), 0.02)
+    u, parameters = bench.settled([0.5, 0.1, 0.0, 0.0], 50.0, rate=np.array([8.0, 1.0]))
+    cycles = bench.search.find(u, parameters, 1500)
+    assert cycles.found.all()
+    np.testing.assert_allclose(cycles.exponents, [[0, -2, -8, -12], [0, -1, -1.5, -2]], atol=1e-8)
+
+
 @pytest.mark.literature
 def test_periodic_windows_of_lorenz() -> None:
     """C. Sparrow, The Lorenz equations (1982): x2y and its mirror image at 100.5, symmetric cycles at 160 and 350."""

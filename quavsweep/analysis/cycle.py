@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from quavsweep.analysis.floquet import floquet
 from quavsweep.analysis.flow import Flow
 from quavsweep.analysis.returns import (
     MOST_HITS,
@@ -22,7 +23,7 @@ from quavsweep.analysis.returns import (
     size,
     strobed,
 )
-from quavsweep.analysis.shooting import METHOD, Closed, Shooting, floquet, grade
+from quavsweep.analysis.shooting import METHOD, Closed, Shooting, grade
 from quavsweep.analysis.tour import Guide, Tour
 from quavsweep.analysis.tube import UNIT, examine_tube
 from quavsweep.clock import Clock
@@ -186,7 +187,9 @@ class CycleSearch:
             for cells, states in self._flow.record(METHOD, u, parameters, period, steps):
                 amplitude[cells] = amplitudes(states, self._circle)
             closed = self._shooting.close(u, period, parameters, amplitude, multiple)
-            return self._describe(closed, self._guide.tour(closed, parameters, multiple), *floquet(closed))
+            return self._describe(
+                closed, self._guide.tour(closed, parameters, multiple), *floquet(self._flow, closed, parameters)
+            )
 
     def _follow(self, u: np.ndarray, parameters: Sequence[np.ndarray], steps: int) -> _Stretch:
         """Follow orbits for so many steps of the sweep."""
@@ -227,7 +230,7 @@ class CycleSearch:
         if self._forced:
             period, multiple = self._program.forcing_periods(parameters) * count, count
         closed = self._shooting.close(hits.state[:, 0], period, parameters, stretch.amplitude, multiple)
-        multipliers, exponents = floquet(closed)
+        multipliers, exponents = floquet(self._flow, closed, parameters)
         slowest = self._slowest(multipliers)
         doubled = closed.found & (multipliers.real.min(axis=1) <= -UNIT)
         again = np.where(doubled & (hits.count > 2 * count) & (2 * count < MOST_HITS), 2 * count, 0)
