@@ -18,7 +18,7 @@ from quavsweep.codes import CycleSymmetry
 from quavsweep.kernels.derive import derive
 from quavsweep.kernels.method import METHODS
 from quavsweep.models import Model, Parameter, Section, State, load_model
-from quavsweep.models.function import sign
+from quavsweep.models.function import cos, sign
 from tests.function_models import CHUA, PENDULUM
 
 
@@ -93,6 +93,20 @@ def test_a_cycle_of_closed_form(method: str) -> None:
     assert (cycles.hits == 1).all()
     assert (cycles.symmetry == CycleSymmetry.NONE).all()
     assert np.abs(cycles.exponents[:, 0]).max() > 0, "the neutral exponent is computed, not set"
+
+
+def driven(x, y, v, w, rate):  # type: ignore[no-untyped-def]
+    square = x**2 + y**2
+    return x - y - x * square, x + y - y * square, x - rate * v, v + x * y - 1.5 * rate * w
+
+
+def test_multipliers_below_all_rounding_are_known() -> None:
+    """Two states follow the cycle with rates -8 and -12: their multipliers are 1e-22 and 1e-33."""
+    bench = Bench(_model(driven, "x y v w", rate=8.0), 0.02)
+    u, parameters = bench.settled([0.5, 0.1, 0.0, 0.0], 50.0, rate=np.array([8.0, 1.0]))
+    cycles = bench.search.find(u, parameters, 1500)
+    assert cycles.found.all()
+    np.testing.assert_allclose(cycles.exponents, [[0, -2, -8, -12], [0, -1, -1.5, -2]], atol=1e-8)
 
 
 @pytest.mark.literature
@@ -287,6 +301,54 @@ def test_a_cycle_across_jumps_has_the_multiplier_of_the_closed_form() -> None:
     assert cycles.found.all()
     np.testing.assert_allclose(cycles.period, 2 * np.pi / w, rtol=1e-9)
     np.testing.assert_allclose(cycles.exponents, np.stack([0 * damping, -damping], axis=1), atol=1e-8)
+
+
+def test_cycles_of_a_forced_oscillator_agree_with_an_independent_shooting() -> None:
+    """Of the stroboscope: no neutral exponent, and the sum of both is the friction."""
+    bench = Bench("duffing", 2 * np.pi / 1.2 / 250)
+    gamma = np.array([0.1, 0.2, 0.28, 0.29, 0.65, 0.5])
+    u, parameters = bench.settled([1.0, 0.0], 1000 * 2 * np.pi / 1.2, gamma=gamma)
+    cycles = bench.search.find(u, parameters, 40 * 250)
+    np.testing.assert_array_equal(cycles.found, [True] * 5 + [False])  # the last one is chaotic
+    assert not cycles.resting.any()
+    np.testing.assert_array_equal(cycles.hits[:5], [1, 1, 2, 4, 2])
+    np.testing.assert_allclose(cycles.period[:5], cycles.hits[:5] * 2 * np.pi / 1.2, rtol=1e-14)
+    np.testing.assert_allclose(cycles.exponents[:5].sum(axis=1), -0.3, atol=1e-9)
+    for i in (1, 2):
+        p = [value[i] for value in parameters]
+
+        def run(x: np.ndarray, p: list[float] = p, time: float = cycles.period[i]) -> np.ndarray:
+            options: dict[str, Any] = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
+            return solve_ivp(lambda t, u: bench.model.rhs(t, *u, *p), (0, time), x, **options).y[:, -1]
+
+        answer = root(lambda x, run=run: run(x) - x, cycles.point[i] + 1e-4, tol=1e-13).x
+        np.testing.assert_allclose(cycles.point[i], answer, atol=1e-9)
+    for i in range(6):
+        alone = bench.search.find(u[i : i + 1], [p[i : i + 1] for p in parameters], 40 * 250)
+        _equal(alone, cycles, slice(i, i + 1))
+
+
+def swing(t, x, v, friction, depth, omega):  # type: ignore[no-untyped-def]
+    return v, -friction * v - (1 + depth * cos(omega * t)) * x
+
+
+def test_a_rest_under_forcing_is_told_from_a_cycle() -> None:
+    model = dataclasses.replace(
+        OSCILLATOR,
+        name="swing",
+        rhs=swing,
+        states=(State("x"), State("v")),
+        parameters=(Parameter("friction", 0.2), Parameter("depth", 0.3), Parameter("omega", 1.0)),
+        forcing_period=lambda omega: 2 * np.pi / omega,
+    )
+    bench = Bench(model, 2 * np.pi / 200)
+    u, parameters = bench.settled([1e-3, 0.0], 20 * 2 * np.pi, depth=np.array([0.0, 0.3]))
+    cycles = bench.search.find(u, parameters, 20 * 200)
+    assert cycles.found.all()
+    assert cycles.resting.all()
+    np.testing.assert_allclose(cycles.point, 0.0, atol=1e-12)
+    np.testing.assert_allclose(cycles.exponents[0], -0.1, atol=1e-9)
+    np.testing.assert_allclose(cycles.exponents.sum(axis=1), -0.2, atol=1e-9)
 
 
 def test_diverged_states_are_no_cycles(yaw: Bench) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 
+from quavsweep.analysis.floquet import floquet
 from quavsweep.analysis.flow import Flow
 from quavsweep.analysis.returns import (
     MOST_HITS,
@@ -23,7 +23,7 @@ from quavsweep.analysis.returns import (
     size,
     strobed,
 )
-from quavsweep.analysis.shooting import METHOD, Closed, Shooting, floquet, grade
+from quavsweep.analysis.shooting import METHOD, Closed, Shooting, grade
 from quavsweep.analysis.tour import Guide, Tour
 from quavsweep.analysis.tube import UNIT, examine_tube
 from quavsweep.clock import Clock
@@ -130,7 +130,7 @@ class CycleSearch:
         self._step = self._dt * (1 if method.order >= METHOD.order or program.switches else RATIO)
         self._event, self._direction = section_of(model, program)
         self._circle = circles(model)
-        self._forced = model.forcing_period is not None
+        self._forced = program.forced
         signs = [np.array(s, dtype=float) for s in model.symmetries if any(sign != 1 for sign in s)]
         self._guide = Guide(self._flow, self._event, self._direction, signs, self._circle, self._forced)
         section = model.section
@@ -181,13 +181,15 @@ class CycleSearch:
         with np.errstate(all="ignore"):
             multiple = np.ones(len(u), dtype=int)
             if self._forced:
-                multiple = np.maximum(np.rint(period / self._forcing(parameters)).astype(int), 1)
+                multiple = np.maximum(np.rint(period / self._program.forcing_periods(parameters)).astype(int), 1)
             amplitude = np.empty_like(u)
             steps = grade(period / self._step)
             for cells, states in self._flow.record(METHOD, u, parameters, period, steps):
                 amplitude[cells] = amplitudes(states, self._circle)
             closed = self._shooting.close(u, period, parameters, amplitude, multiple)
-            return self._describe(closed, self._guide.tour(closed, parameters, multiple), *floquet(closed))
+            return self._describe(
+                closed, self._guide.tour(closed, parameters, multiple), *floquet(self._flow, closed, parameters)
+            )
 
     def _follow(self, u: np.ndarray, parameters: Sequence[np.ndarray], steps: int) -> _Stretch:
         """Follow orbits for so many steps of the sweep."""
@@ -214,7 +216,7 @@ class CycleSearch:
         counts = np.full(n, count)
         if not self._forced:
             return counts, counts * self._step, counts
-        period = self._forcing(parameters)
+        period = self._program.forcing_periods(parameters)
         every = np.ceil(period / self._step * (1 - ROUNDING)).astype(int)
         times = np.maximum(counts // every, 1)
         return times * every, times * period, every
@@ -226,9 +228,9 @@ class CycleSearch:
         hits, rows = stretch.hits, np.arange(len(count))
         period, multiple = hits.time[:, 0] - hits.time[rows, count], np.ones_like(count)
         if self._forced:
-            period, multiple = self._forcing(parameters) * count, count
+            period, multiple = self._program.forcing_periods(parameters) * count, count
         closed = self._shooting.close(hits.state[:, 0], period, parameters, stretch.amplitude, multiple)
-        multipliers, exponents = floquet(closed)
+        multipliers, exponents = floquet(self._flow, closed, parameters)
         slowest = self._slowest(multipliers)
         doubled = closed.found & (multipliers.real.min(axis=1) <= -UNIT)
         again = np.where(doubled & (hits.count > 2 * count) & (2 * count < MOST_HITS), 2 * count, 0)
@@ -281,11 +283,3 @@ class CycleSearch:
             resting = closed.found & (tour.amplitude <= REST * (1.0 + np.abs(closed.point))).all(axis=1)
         found = closed.found & (tour.least > 0)
         return Cycles(found, resting, closed.period, tour.least, tour.symmetry, tour.point, multipliers, exponents)
-
-    def _forcing(self, parameters: Sequence[np.ndarray]) -> np.ndarray:
-        """Return the periods of the forcing, (n,)."""
-        period = self._model.forcing_period
-        assert period is not None
-        named = dict(zip(self._model.parameter_names, parameters, strict=True))
-        wanted = {name: named[name] for name in inspect.signature(period).parameters}
-        return np.broadcast_to(np.asarray(period(**wanted), dtype=float), (len(parameters[0]),))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from quavsweep.analysis.equilibrium import eigensystem, norm, solve, vector_field
+from quavsweep.analysis.equilibrium import norm, solve, vector_field
 from quavsweep.analysis.event import Event
 from quavsweep.analysis.flow import Flow
 from quavsweep.analysis.kink import tangent_across
@@ -23,7 +23,6 @@ LOOSEST = 0.1  # change of the period against its first guess beyond which it is
 NEUTRAL = 1e-10  # wanted of the neutral exponent, 1/time
 ACCEPTED = 1e-8  # of the neutral exponent, where no halving of the step brings it lower
 HALVINGS = 3
-LOST = 1e-11  # a multiplier below this share of the derivative's norm is rounding
 
 
 @dataclass(frozen=True)
@@ -223,24 +222,3 @@ def _table(derivative: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Return the equations (M - I) x = right as `solve` takes them, (D, D + 1, n)."""
     matrix = derivative - np.eye(derivative.shape[-1])
     return np.concatenate([matrix, right[:, :, None]], axis=2).transpose(1, 2, 0).copy()
-
-
-def floquet(closed: Closed) -> tuple[np.ndarray, np.ndarray]:
-    """Return Floquet multipliers, (n, D) complex128, largest size first, and exponents, (n, D), largest first.
-
-    A multiplier that is lost in the rounding of the derivative is taken from the growth of volume, which all of them
-    make together; if several are lost, their exponents are NaN. No exponent is set to zero.
-    """
-    values, _ = eigensystem(np.where(closed.found[:, None, None], closed.derivative, 0.0))
-    order = np.lexsort((-values.imag, -np.abs(values)), axis=-1)
-    values = np.take_along_axis(values, order, axis=-1)
-    with np.errstate(all="ignore"):
-        growth = np.log(np.abs(values))
-        lost = np.abs(values) <= LOST * np.abs(closed.derivative).max(axis=(1, 2))[:, None]
-        rest = closed.volume - np.where(lost, 0.0, growth).sum(axis=1)
-        growth = np.where(lost, np.where(lost.sum(axis=1) == 1, rest, np.nan)[:, None], growth)
-        sign = np.sign(np.where(lost, 1.0, values).prod(axis=1).real)  # a flow keeps the orientation
-        values = np.where(lost, sign[:, None] * np.exp(growth), values)
-        exponents = growth / closed.period[:, None]
-    values[~closed.found], exponents[~closed.found] = complex(np.nan, np.nan), np.nan
-    return values, exponents
