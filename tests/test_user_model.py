@@ -181,6 +181,11 @@ def test_a_template_of_a_users_model_is_read(files: tuple[Path, Path]) -> None:
         ),
         ("lambda omega", "lambda speed", r":18: forcing_period takes speed, which is no parameter"),
         ("2 * pi / omega,", "2 * pie / omega,", r":18: name 'pie' is not defined"),
+        (
+            "lambda omega: 2 * pi",
+            "lambda omega: 3 * pi",
+            "the equations do not repeat themselves after the forcing_period",
+        ),
         ("def rhs(t", "def rhs(t t", r":9: cannot be read: .*"),
         ("MODEL = Model(", "MODELS = Model(", r": makes no MODEL; it must say MODEL = Model"),
         ('name="driven_pendulum"', 'name="lorenz"', r"the catalogue has a model lorenz already"),
@@ -196,7 +201,7 @@ def test_mistakes_are_told_with_their_line(files: tuple[Path, Path], old: str, n
     with pytest.raises((ModelError, ConfigError), match=says) as caught:
         load_sweep(config, model=path)
     assert caught.value.exit_code == 2
-    assert "my_model.py" in str(caught.value) or "catalogue" in str(caught.value)
+    assert "my_model.py" in str(caught.value) or "catalogue" in str(caught.value) or "repeat" in str(caught.value)
     assert len(str(caught.value).splitlines()) == 1
 
 

@@ -161,7 +161,7 @@ class RunFolder:
         publish_bytes(self.config, text.encode())
 
     def write_model(self, model: Model) -> None:
-        """Publish what there is to know of a user's model: its description, and a copy of its file that is never run."""
+        """Publish what there is to know of a user's model: its description, and a copy of its file, never run."""
         if model.name in NAMES:
             return
         publish_bytes(self.path / DESCRIPTION, describe_model(model).encode())
