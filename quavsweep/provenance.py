@@ -91,6 +91,8 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
         "axes.order": list(axes),
         "model.bound": sweep.model.bound,
         "model.circles": [state.circle for state in sweep.model.states],
+        "model.section": repr(sweep.model.section),
+        "model.symmetries": [list(signs) for signs in sweep.model.symmetries],
         "equations": program.digest,
         "kernel": digest(print_kernel(program, sweep.method, layout, sweep.measures.dense)),
         **{f"engine.{name}": syntax_digest(name) for name in modules},
