@@ -184,6 +184,7 @@ def _advance_batch(
         at_once = max(1, int(1e9 * LONGEST_CALL / (most * clock.block * layout.lanes * plan.step_ns)))
     for block in range(0, clock.batch_blocks, most):
         blocks = min(most, clock.batch_blocks - block)
+        layout.set_phase(lanes, clock.phase(done + block * clock.block))
         for first in range(0, groups, at_once):
             if stopped():
                 raise StoppedError("the run was stopped")

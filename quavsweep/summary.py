@@ -62,7 +62,7 @@ def _worst_sum(result: Result) -> float | None:
         sums = result.part("lyapunov_raw", block).sum(axis=-1).ravel()
         parameters, u = cell_values(result.sweep, Tile(0, *grid.span(block)))
         # A state that is not a number shows in whatever depends on it.
-        names = program.names(np.full_like(u.T, np.nan), program.coefficient_values(parameters))
+        names = program.names(np.full_like(u.T, np.nan), program.coefficient_values(parameters), np.nan)
         divergence = sum(program.evaluate(diagonal, names))
         if not np.isfinite(divergence).all():
             return None
