@@ -37,7 +37,7 @@ def test_an_unknown_row_is_exit_2_with_the_list(capsys: pytest.CaptureFixture[st
 
 
 def test_rows_are_named_by_their_beginning() -> None:
-    assert [row.key for row in select(["lorenz", "horizon"])] == ["lorenz-regimes", "lorenz-lifetimes", "horizon"]
+    assert [row.key for row in select(["coverage", "horizon"])] == ["coverage-lorenz", "coverage-yaw", "horizon"]
     assert select([]) == list(ROWS)
 
 

@@ -26,9 +26,18 @@ axes:
 integrate: {method: rk4, dt: 0.01, duration: 20000, segment: 10}
 measures: {last_time: {of: x, at: 0}}
 """
+SIDE_BY_SIDE = """
+name: lorenz-side-by-side
+model: lorenz
+axes:
+  rho: {values: [24, 24.4]}
+  ensemble: {num: 256, seed: 1, box: {x: [-20, 20], y: [-20, 20], z: [5, 45]}}
+integrate: {method: rk4, dt: 0.01, duration: 20000, segment: 50}
+"""
 EXPECTED = (Region.SINK, Region.SINK, Region.SINK, Region.CHAOS, *[Region.PERIODIC] * 3)
 LAST_CHANGE = (28.0, 230.0, 1700.0)  # mean time over all starts
 WITHIN = 0.15
+HARDLY = 0.2
 
 
 def regimes(laboratory: Laboratory) -> list[Claim]:
@@ -75,7 +84,28 @@ def lifetimes(laboratory: Laboratory) -> list[Claim]:
     return claims
 
 
+def side_by_side(laboratory: Laboratory) -> list[Claim]:
+    """Count chaos and sinks where transient chaos becomes lasting, at rho 24.06."""
+    quick = ("axes.ensemble.num=32", "integrate.duration=2000")
+    sweep = parse_sweep(SIDE_BY_SIDE, changes=laboratory.choose((), quick))
+    result = laboratory.run(sweep.name, sweep)
+    setting, claims = described(sweep), []
+    for i, rho in enumerate(result["rho"]):
+        region, settle = result["region"][i], result["settle_time"][i]
+        sinks, chaos = (int((region == kind).sum()) for kind in (Region.SINK, Region.CHAOS))
+        late = int((settle > 0.1 * sweep.clock.duration).sum())
+        measured = f"{chaos} chaos, {sinks} sinks, {region.size - chaos - sinks} others; "
+        measured += f"{late} of the sinks settled in the last nine tenths of the time"
+        numbers = {"chaos": chaos, "sinks": sinks, "late": late}
+        lasting = rho > 24.06
+        asked = f"rho {rho:g}: " + ("chaos and sinks side by side" if lasting else "hardly any end is seen")
+        holds = chaos > 0 and sinks > 0 if lasting else late <= HARDLY * (chaos + late)
+        claims.append(Claim(asked, measured, holds, setting, numbers))
+    return claims
+
+
 ROWS = (
     Row("lorenz-regimes", "Lorenz from rho 0.5 to 350", "3 s", regimes),
     Row("lorenz-lifetimes", "transient chaos at rho 22, 23, 23.5", "1 min", lifetimes),
+    Row("lorenz-side-by-side", "chaos and sinks at rho 24 and 24.4", "20 s", side_by_side),
 )
