@@ -42,7 +42,23 @@ HASHED_MODULES = (
 )
 DENSE_MODULES = ("quavsweep.measures.dense", "quavsweep.analysis.event", "quavsweep.analysis.observer")
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
-RESULT_MODULES = ("quavsweep.classify", "quavsweep.codes", "quavsweep.store.netcdf", "quavsweep.store.outcome")
+RESULT_MODULES = (
+    "quavsweep.classify",
+    "quavsweep.classify.chaotic_phase",
+    "quavsweep.classify.exact",
+    "quavsweep.classify.growth",
+    "quavsweep.classify.region",
+    "quavsweep.classify.self_check",
+    "quavsweep.classify.sign",
+    "quavsweep.classify.window",
+    "quavsweep.classify.variable",
+    "quavsweep.analysis.birkhoff",
+    "quavsweep.analysis.change_point",
+    "quavsweep.analysis.standard_error",
+    "quavsweep.codes",
+    "quavsweep.store.netcdf",
+    "quavsweep.store.outcome",
+)
 _NO_EVIDENCE = ("classify", "integrate.duration")  # keys that change no integrated number
 
 

@@ -19,6 +19,8 @@ RESERVED = frozenset(
         *("settle_time", "time_used", "final_state", "equilibrium", "eigenvalue", "eigenvalue_re", "eigenvalue_im"),
         *("cycle_hits", "attractor", "sum_error", "zero_error", "orbit", "sample", "samples", "sample_time"),
         *("sample_count", "peak", "peak_of", "peak_time", "first_time"),
+        *("growth_departure", "birkhoff_digits", "chaotic_until", "cycle_symmetry", "cycle_point"),
+        *("multiplier_re", "multiplier_im"),
     ]
 )
 
