@@ -21,8 +21,9 @@ from benchmarks.row import Measurement, Row, at_most
 from benchmarks.sweep import OMEGA_C
 from quavsweep import load_sweep
 from quavsweep.grid import Tile
-from quavsweep.integrate import Plan, integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.kernels.compiler import default_lanes
+from quavsweep.plan import Plan, make_plan
 from quavsweep.tiling import choose_tile_cells, spread
 
 # The same number of batches as the full run has, so the same evidence, in little time.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from quavsweep.plot import draw, draw_point, make_figure, make_point_figure
     from quavsweep.point import Point, compute_point
     from quavsweep.result import Result, open_result
-    from quavsweep.sweep import reclassify, run_sweep
+    from quavsweep.sweep import extend_sweep, reclassify, run_sweep
 
 _HOMES = {
     "Point": "quavsweep.point",
@@ -26,6 +26,7 @@ _HOMES = {
     "make_point_figure": "quavsweep.plot",
     "open_result": "quavsweep.result",
     "parse_sweep": "quavsweep.config",
+    "extend_sweep": "quavsweep.sweep",
     "reclassify": "quavsweep.sweep",
     "run_sweep": "quavsweep.sweep",
     "show_progress": "quavsweep.cli.progress",
@@ -39,6 +40,7 @@ __all__ = [
     "compute_point",
     "draw",
     "draw_point",
+    "extend_sweep",
     "load_sweep",
     "make_figure",
     "make_point_figure",

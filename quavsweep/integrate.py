@@ -3,98 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from quavsweep.analysis.certificate import examine
 from quavsweep.analysis.observer import Chunk, Scene, Watcher, make_watchers
-from quavsweep.clock import Clock
 from quavsweep.codes import Certificate, Status
-from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
 from quavsweep.grid import Tile
-from quavsweep.kernels.compiler import make_advance
 from quavsweep.kernels.layout import Layout, aligned_empty
-from quavsweep.kernels.lookup import make_program
-from quavsweep.kernels.method import ButcherTable
-from quavsweep.kernels.printer import step_operations
-from quavsweep.kernels.program import Program
-from quavsweep.kernels.step import choose_layout
-from quavsweep.measures import Evidence, Variable
+from quavsweep.look import look
+from quavsweep.measures import Evidence
+from quavsweep.plan import Plan, cell_values, generic_frame
 
 LOG_STEPS = 400  # a step of RK4 shrinks a vector to no less than 0.27, and 0.27**400 does not underflow
-FULL_RANK = 27.6  # ln 1e12: vectors that a block stretches more unequally are parallel to rounding when it ends
 BUFFER_BYTES = 2**21  # of states that dense measures look at together; about the second-level cache
 LONGEST_CALL = 0.3  # s, so that a stop is answered soon
-OPERATION_NS = 0.033  # time of one operation of the step in one lane, from the cost of the printed kernels
-
-
-@dataclass(frozen=True)
-class Plan:
-    """All that integrating a tile needs, ready to run.
-
-    Parameters
-    ----------
-    sweep : Sweep
-    program : Program
-    layout : Layout
-    advance : callable
-        The compiled kernel; `record` where a measure is dense.
-    """
-
-    sweep: Sweep
-    program: Program
-    layout: Layout
-    advance: Callable[..., None]
-
-    @property
-    def clock(self) -> Clock:
-        """Lengths of time in steps."""
-        return self.sweep.clock
-
-    @property
-    def method(self) -> ButcherTable:
-        """The Runge-Kutta table."""
-        return self.sweep.method
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """What the evidence holds."""
-        return self.sweep.measures.evidence
-
-    @cached_property
-    def step_ns(self) -> float:
-        """Estimated time of one step of one cell [ns], the same on every machine."""
-        return OPERATION_NS * step_operations(self.program, self.method, self.layout)
-
-
-def make_plan(sweep: Sweep, lanes: int) -> Plan:
-    """Return the plan of a sweep with a compiled kernel of so many lanes."""
-    program = make_program(sweep.model)
-    layout = choose_layout(program, sweep.method, sweep.measures.vectors, lanes, sweep.measures.trace)
-    return Plan(sweep, program, layout, make_advance(program, sweep.method, layout, sweep.measures.dense))
-
-
-def generic_frame(dimension: int, vectors: int) -> np.ndarray:
-    """Return orthonormal vectors that are aligned with no coordinate plane, (K, D).
-
-    A frame along the axes would never leave an invariant subspace and miss exponents; this one is the reflection
-    I - 2 v v^T / v^T v with v_i the square roots of 1/2, 3/2, 5/2 ..., none of whose entries vanishes.
-    """
-    v = np.sqrt(np.arange(dimension) + 0.5)
-    return np.asarray((np.eye(dimension) - 2.0 * np.outer(v, v) / (v @ v))[:vectors])
-
-
-def cell_values(sweep: Sweep, tile: Tile) -> tuple[list[np.ndarray], np.ndarray]:
-    """Return the parameters of a tile's cells, (n,) each in the model's order, and their initial states, (n, D)."""
-    n = len(tile)
-    varied = sweep.grid.coordinates(tile.start, tile.stop)
-    fixed = {**sweep.parameters, **sweep.config.initial}
-    value = {name: varied.get(name, np.full(n, fixed.get(name))) for name in (*fixed, *varied)}
-    parameters = [np.asarray(value[name], dtype=np.float64) for name in sweep.model.parameter_names]
-    return parameters, np.stack([value[name] for name in sweep.model.state_names], axis=1).astype(np.float64)
 
 
 def integrate_tile(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evidence:
@@ -117,44 +40,120 @@ def integrate_tile(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evide
     StoppedError
         If `stopped()` became true.
     """
-    clock, layout, n = plan.clock, plan.layout, len(tile)
+    n, layout = len(tile), plan.layout
     evidence = {v.name: v.empty(n, plan.sweep.extents) for v in plan.variables}
     evidence["cell"][:] = np.arange(tile.start, tile.stop)
     evidence["status"][:] = Status.TIME_OVER
-    parameters, u = cell_values(plan.sweep, tile)
+    evidence["state"][:] = cell_values(plan.sweep, tile)[1]
+    if layout.vectors:
+        evidence["frame"][:] = generic_frame(layout.dimension, layout.vectors)
+    return _integrate(plan, evidence, stopped)
+
+
+def continue_cells(plan: Plan, begun: Evidence, stopped: Callable[[], bool]) -> Evidence:
+    """Take cells on from where other evidence left them; the result is that of one run to the later end.
+
+    Parameters
+    ----------
+    plan : Plan
+        To the later end.
+    begun : dict of arrays
+        Evidence of some cells of the sweep, integrated to an earlier end.
+    stopped : callable
+        See `integrate_tile`.
+
+    Raises
+    ------
+    StoppedError
+        If `stopped()` became true.
+    """
+    n = len(begun["cell"])
+    evidence = {v.name: v.empty(n, plan.sweep.extents) for v in plan.variables}
+    for name, values in begun.items():
+        inside = tuple(slice(0, length) for length in values.shape)
+        evidence[name][inside] = values
+    return _integrate(plan, evidence, stopped)
+
+
+def _integrate(plan: Plan, evidence: Evidence, stopped: Callable[[], bool]) -> Evidence:
+    """Integrate the cells of evidence whose time was over on to the end of the plan."""
+    clock, layout = plan.clock, plan.layout
+    parameters, _ = cell_values(plan.sweep, evidence["cell"])
     coefficients = plan.program.coefficient_values(parameters)
     scaled = plan.program.coefficient_values(parameters, plan.method.time_unit(clock.dt))
-    frame = np.broadcast_to(generic_frame(layout.dimension, layout.vectors), (n, layout.vectors, layout.dimension))
-    alive = np.arange(n)
-    lanes = layout.pack(u, frame, scaled)
-    totals = np.zeros((n, layout.exponents))
     scene = Scene(plan.sweep.model, plan.program, plan.method, clock, coefficients, evidence)
     watchers = make_watchers(plan.sweep.measures, scene)
-    for segment in range(clock.segments):
+    alive = np.flatnonzero(evidence["status"] == Status.TIME_OVER)
+    begun = int(evidence["steps"][alive].max(initial=0)) // clock.segment_steps
+    totals, volume = _totals(plan, evidence, alive, begun)
+    lanes = _pack(plan, evidence, alive, scaled)
+    for segment in range(begun, clock.segments):
+        if not alive.size:
+            break
         batches = []
         for number in range(clock.segment_batches):
             done = (segment * clock.segment_batches + number) * clock.batch_steps
-            batches.append(_advance_batch(plan, lanes, alive, done, watchers, stopped))
-            totals = totals + batches[-1]
+            growth, swelling = _advance_batch(plan, lanes, alive, done, watchers, stopped)
+            batches.append(growth)
+            totals, volume = totals + growth, volume + swelling
         with np.errstate(all="ignore"):
             for watcher in watchers:
                 watcher.settle()
-        _record(plan, evidence, alive, layout.state(lanes, alive.size), batches, totals, segment)
-        last = segment == clock.segments - 1
+        u = plan.sweep.model.wrap(layout.state(lanes, alive.size))
+        _record(plan, evidence, alive, u, batches, totals, segment)
+        _record_divergence(plan, evidence, alive, coefficients, volume, segment)
         before = evidence["status"][alive]
-        ended = _look(plan, evidence, alive, coefficients[:, alive], np.sum(batches, axis=0), last)
+        grown = np.sum(batches, axis=0)
+        ended = look(plan, evidence, alive, [values[alive] for values in parameters], grown)
         for watcher in watchers:
             watcher.void(alive[(evidence["status"][alive] == Status.DIVERGED) & (before != Status.DIVERGED)])
+        last = segment == clock.segments - 1
         leaving = np.ones_like(ended) if last else ended
         if layout.vectors and leaving.any():
             evidence["frame"][alive[leaving]] = layout.frame(lanes, alive.size)[leaving]
-        if leaving.any():
-            frame = layout.frame(lanes, alive.size)[~leaving]
-            alive, totals = alive[~leaving], totals[~leaving]
-            if not alive.size:
-                break
-            lanes = layout.pack(evidence["state"][alive], frame, scaled[:, alive])
+        if ended.any() or plan.sweep.model.circles:
+            alive, totals, volume = alive[~ended], totals[~ended], volume[~ended]
+            if not last:
+                lanes = _pack(plan, evidence, alive, scaled, layout.frame(lanes, ended.size)[~ended])
+    if plan.sweep.measures.verdict is not None:
+        _integrate_beyond(plan, evidence, scaled, stopped)
     return {name: _canonical(values) for name, values in evidence.items()}
+
+
+def _totals(plan: Plan, evidence: Evidence, alive: np.ndarray, begun: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the growth so far of ln of the vectors, (m, exponents), and of the volume, (m,)."""
+    if not begun or not plan.layout.exponents:
+        return np.zeros((alive.size, plan.layout.exponents)), np.zeros(alive.size)
+    return evidence["growth_total"][alive, begun - 1], evidence["divergence"][alive, begun - 1]
+
+
+def _pack(
+    plan: Plan, evidence: Evidence, alive: np.ndarray, scaled: np.ndarray, frame: np.ndarray | None = None
+) -> np.ndarray:
+    """Return the lanes of the living cells."""
+    layout = plan.layout
+    if not alive.size:
+        return np.zeros((0, layout.rows, layout.lanes))
+    if frame is None:
+        frame = evidence["frame"][alive] if layout.vectors else np.zeros((alive.size, 0, layout.dimension))
+    return layout.pack(evidence["state"][alive], frame, scaled[:, alive])
+
+
+def _integrate_beyond(plan: Plan, evidence: Evidence, scaled: np.ndarray, stopped: Callable[[], bool]) -> None:
+    """Follow one tangent vector beyond the end, in cells of which no certificate tells how they end."""
+    clock, (layout, advance) = plan.clock, plan.late
+    open_ = np.isin(evidence["certificate"], (Certificate.SINK, Certificate.CYCLE))
+    cells = np.flatnonzero((evidence["status"] == Status.TIME_OVER) & ~open_)
+    evidence["late_growth"][:] = np.nan
+    if not cells.size:
+        return
+    frame = np.broadcast_to(generic_frame(layout.dimension, 1), (cells.size, 1, layout.dimension))
+    lanes = layout.pack(evidence["state"][cells], frame, scaled[:, cells])
+    for batch in range(evidence["late_growth"].shape[1]):
+        growth, _ = _advance_batch(
+            plan, lanes, cells, clock.steps + batch * clock.batch_steps, (), stopped, (layout, advance)
+        )
+        evidence["late_growth"][cells, batch] = growth[:, 0]
 
 
 def _advance_batch(
@@ -164,11 +163,20 @@ def _advance_batch(
     done: int,
     watchers: Sequence[Watcher],
     stopped: Callable[[], bool],
-) -> np.ndarray:
-    """Advance all lanes, which have done so many steps, by a batch; return the growth of ln, (n, exponents)."""
-    clock, layout = plan.clock, plan.layout
+    kernel: tuple[Layout, Callable[..., None]] | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Advance all lanes, which have done so many steps, by a batch.
+
+    Returns
+    -------
+    growth : (n, exponents) float64
+        Of ln of the tangent vectors.
+    volume : (n,) float64
+        Integral of the divergence, 0 where the kernel does not follow it.
+    """
+    clock, (layout, advance) = plan.clock, kernel or (plan.layout, plan.advance)
     flat, groups = lanes.reshape(-1), lanes.shape[0]
-    growth = np.zeros((groups, layout.exponents, layout.lanes))
+    growth, volume = np.zeros((groups, layout.exponents, layout.lanes)), np.zeros((groups, 1, layout.lanes))
     most = max(1, LOG_STEPS // clock.block)
     if watchers:
         at_once = max(1, BUFFER_BYTES // (8 * (most * clock.block + 1) * layout.dimension * layout.lanes))
@@ -184,11 +192,10 @@ def _advance_batch(
                 cells = alive[first * layout.lanes : last * layout.lanes]
                 _watch(plan, flat, (first, last), blocks, cells, done + block * clock.block, watchers)
             else:
-                plan.advance(flat, first, last, blocks, clock.block)
-        if layout.exponents:
-            with np.errstate(all="ignore"):
-                layout.add_growth(lanes, growth)
-    return layout.cells(growth, alive.size)
+                advance(flat, first, last, blocks, clock.block)
+        with np.errstate(all="ignore"):
+            layout.add_growth(lanes, growth, volume)
+    return layout.cells(growth, alive.size), layout.cells(volume, alive.size)[:, 0]
 
 
 def _watch(
@@ -230,73 +237,17 @@ def _record(
         evidence["growth_total"][alive, segment] = totals
 
 
-def _look(
-    plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.ndarray, grown: np.ndarray, last: bool
-) -> np.ndarray:
-    """Look at the living cells after a segment; write what is certain and return which of them have ended.
-
-    `grown` is the growth of ln in the segment, (n, exponents).
-    """
-    clock = plan.clock
-    u, steps = evidence["state"][alive], evidence["steps"][alive]
-    diverged, degenerate = _breakdowns(plan, evidence, alive, grown)
-    # A cell may be certified, or lose its frame, long before the measures let it end.
-    looked_at = int(steps[0]) < plan.sweep.measures.hold(clock)
-    ended = np.asarray(diverged | (degenerate & (not looked_at)))
-    may_end = plan.sweep.config.stop_early and not looked_at
-    if may_end:
-        certified = ~ended & (evidence["certificate"][alive] == Certificate.SINK)
-        evidence["status"][alive[certified]] = Status.ENDED_SINK
-        ended |= certified
-    open_ = np.flatnonzero(~ended & ~degenerate & (evidence["certificate"][alive] == Certificate.NONE))
-    if open_.size:
-        ends = examine(plan.program, plan.method, clock.dt, u[open_], coefficients[:, open_])
-        _certify(evidence, alive[open_], ends.inside, Certificate.SINK, ends.equilibrium, ends.eigenvalues)
-        settled = alive[open_[ends.inside]]
-        evidence["certified_steps"][settled] = steps[open_[ends.inside]]
-        evidence["settled_steps"][settled] = steps[open_[ends.inside]] - clock.segment_steps
-        if may_end:
-            evidence["status"][settled] = Status.ENDED_SINK
-            ended[open_[ends.inside]] = True
-        if last:
-            resting = ends.resting & ~ends.inside
-            _certify(evidence, alive[open_], resting, Certificate.REST, ends.equilibrium, ends.eigenvalues)
-    return ended
-
-
-def _breakdowns(plan: Plan, evidence: Evidence, alive: np.ndarray, grown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the cells that diverged and those whose frame has lost rank; give them their status, void their growth."""
-    clock, u = plan.clock, evidence["state"][alive]
-    diverged = np.asarray(~(np.abs(u.T) <= plan.sweep.model.bound).all(axis=0))  # also where it is no number
-    degenerate = np.zeros_like(diverged)
-    if plan.layout.exponents:
-        # All cells of a tile have been integrated equally far; a comparison with NaN or inf is no full rank.
-        segment = int(evidence["steps"][alive[0]]) // clock.segment_steps - 1
-        vectors = grown.T[: plan.layout.vectors] / (clock.segment_batches * clock.batch_blocks)
-        with np.errstate(invalid="ignore"):
-            full_rank = vectors.max(axis=0) - vectors.min(axis=0) <= FULL_RANK if len(vectors) else ~diverged
-        degenerate = (~full_rank | (evidence["status"][alive] == Status.FRAME_DEGENERATE)) & ~diverged
-        if (void := alive[diverged | degenerate]).size:
-            evidence["growth"][void, segment * clock.segment_batches :] = np.nan
-            evidence["growth_total"][void, segment:] = np.nan
-    evidence["status"][alive[diverged]] = Status.DIVERGED
-    evidence["status"][alive[degenerate]] = Status.FRAME_DEGENERATE
-    return diverged, degenerate
-
-
-def _certify(
-    evidence: Evidence,
-    cells: np.ndarray,
-    which: np.ndarray,
-    certificate: Certificate,
-    equilibrium: np.ndarray,
-    eigenvalues: np.ndarray,
+def _record_divergence(
+    plan: Plan, evidence: Evidence, alive: np.ndarray, coefficients: np.ndarray, volume: np.ndarray, segment: int
 ) -> None:
-    """Write a certificate, its equilibrium and eigenvalues for some cells."""
-    evidence["certificate"][cells[which]] = certificate
-    evidence["equilibrium"][cells[which]] = equilibrium[which]
-    evidence["eigenvalue_re"][cells[which]] = eigenvalues[which].real
-    evidence["eigenvalue_im"][cells[which]] = eigenvalues[which].imag
+    """Write the integral of the divergence from t = 0: what the kernel followed, or exact where it is constant."""
+    if not plan.layout.exponents:
+        return
+    if plan.layout.trace:
+        evidence["divergence"][alive, segment] = volume
+    elif (constant := plan.program.constant_divergence(coefficients[:, alive])) is not None:
+        time = (segment + 1) * plan.clock.segment_steps * plan.clock.dt
+        evidence["divergence"][alive, segment] = constant * time
 
 
 def _canonical(values: np.ndarray) -> np.ndarray:

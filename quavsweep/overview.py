@@ -125,7 +125,7 @@ class Lookout:
         # Only where several versions have left shards does it take long to know whose are meant.
         sole = len(present) == 1
         identity = (
-            Identity(*present[0], rules="", subject=subject(sweep))
+            Identity(*present[0], end="", rules="", subject=subject(sweep))
             if sole
             else self.folder.present_identity(identify(sweep))
         )

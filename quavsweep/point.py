@@ -11,11 +11,13 @@ import numpy as np
 from quavsweep.classify import classify, convergence
 from quavsweep.config import Sweep
 from quavsweep.errors import ConfigError
-from quavsweep.grid import Grid, Tile
-from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.grid import Axis, Grid, Tile
+from quavsweep.integrate import continue_cells, integrate_tile
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.measures import Evidence, Measures, Orbit
 from quavsweep.models import Parameter
+from quavsweep.passes import with_passes
+from quavsweep.plan import make_plan
 
 MOST_TIMES = 200_000  # of the orbit
 SAME = 1e-9  # a value this near to one of the axis, as a share of its range, means that one
@@ -90,22 +92,29 @@ def compute_point(sweep: Sweep, values: Mapping[str, float], stopped: Callable[[
     """
     stopped = stopped or _never
     single, indices = _single(sweep, values)
-    evidence = _integrate(single, stopped)
+    evidence = _integrated(single, stopped)
     result = {name: array[0] for name, array in classify(single, evidence).items()}
     if sweep.measures.lyapunov:
         until, exponents, errors = (array[0] for array in convergence(single, evidence))
     else:
         until, exponents, errors = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0))
     time, orbit = _orbit(single, int(evidence["steps"][0]), stopped)
-    return Point(single, result, time, orbit, until, exponents, errors, indices, tuple(values))
+    named = tuple(name for name in values if name in single.parameters or name in single.config.initial)
+    return Point(single, result, time, orbit, until, exponents, errors, indices, named)
 
 
 def _never() -> bool:
     return False
 
 
-def _integrate(sweep: Sweep, stopped: Callable[[], bool]) -> Evidence:
-    return integrate_tile(make_plan(sweep, default_lanes()), Tile(0, 0, 1), stopped)
+def _integrated(sweep: Sweep, stopped: Callable[[], bool]) -> Evidence:
+    """Return the evidence of the one cell of a sweep, with the passes of the effort."""
+    plan = make_plan(sweep, default_lanes())
+
+    def go_on(begin: int, end: int, evidence: Evidence) -> Evidence:
+        return continue_cells(plan.until(end), evidence, stopped)
+
+    return with_passes(sweep, integrate_tile(plan, Tile(0, 0, 1), stopped), go_on)[0]
 
 
 def _orbit(single: Sweep, steps: int, stopped: Callable[[], bool]) -> tuple[np.ndarray, np.ndarray]:
@@ -114,31 +123,48 @@ def _orbit(single: Sweep, steps: int, stopped: Callable[[], bool]) -> tuple[np.n
     every = -(-steps // MOST_TIMES)
     measure = Orbit(every=every * clock.dt, until=steps * clock.dt)
     alone = dataclasses.replace(single, config=single.config.model_copy(update={"measures": Measures(orbit=measure)}))
-    return alone.dimensions["time"].values, _integrate(alone, stopped)["orbit"][0]
+    return alone.dimensions["time"].values, _integrated(alone, stopped)["orbit"][0]
 
 
 def _single(sweep: Sweep, values: Mapping[str, float]) -> tuple[Sweep, tuple[int, ...] | None]:
     """Return the sweep of one cell, and where it lies in the grid."""
-    chosen, indices = dict(values), []
-    names = [axis.name for axis in sweep.grid.axes]
+    axes = {axis.name: axis for axis in sweep.grid.axes}
     for name, value in values.items():
         _check(sweep, name, value)
-    for axis in sweep.grid.axes:
-        if axis.name not in values:
-            raise ConfigError(f"{axis.name} has no value", possible=f"give {', '.join(f'{n}=...' for n in names)}")
-        along = np.asarray(axis.values)
-        nearest = int(np.argmin(np.abs(along - values[axis.name])))
-        if abs(along[nearest] - values[axis.name]) <= SAME * max(float(np.ptp(along)), abs(values[axis.name])):
-            chosen[axis.name] = float(along[nearest])
-            indices.append(nearest)
-    fixed = {**sweep.parameters, **sweep.config.initial}
-    on_grid = len(indices) == len(names) and all(fixed.get(n, v) == v for n, v in chosen.items() if n not in names)
+    chosen = {name: value for name, value in values.items() if name not in axes or not axes[name].along}
+    own, indices = {**sweep.parameters, **sweep.config.initial}, []
+    for axis in axes.values():
+        if axis.name in values:
+            index = _index(axis, values[axis.name])
+        elif set(axis.quantities) <= set(values):
+            index = None
+        else:
+            raise ConfigError(f"{axis.name} has no value", possible=f"give {', '.join(f'{n}=...' for n in axes)}")
+        if index is not None:
+            indices.append(index)
+            own |= axis.at(index)
+            given = chosen if axis.along else {}  # a state that is given beside the number of a start wins
+            chosen |= {name: value for name, value in axis.at(index).items() if name not in given}
+    on_grid = len(indices) == len(axes) and all(own.get(name) == value for name, value in chosen.items())
     return sweep.with_fixed(chosen, Grid(())), tuple(indices) if on_grid else None
+
+
+def _index(axis: Axis, value: float) -> int | None:
+    """Return the index of the value of an axis that is meant, None if there is none and one beside it makes sense."""
+    along = np.asarray(axis.values)
+    nearest = int(np.argmin(np.abs(along - value)))
+    if abs(along[nearest] - value) <= SAME * max(float(np.ptp(along)), abs(value)):
+        return nearest
+    if axis.along:
+        raise ConfigError(f"{axis.name} has no number {value:g}", possible=f"a whole number from 0 to {along[-1]}")
+    return None
 
 
 def _check(sweep: Sweep, name: str, value: float) -> None:
     """Refuse what is no quantity of the model, or beyond its domain."""
     model = sweep.model
+    if any(axis.name == name and axis.along for axis in sweep.grid.axes):
+        return
     names = (*model.parameter_names, *model.state_names)
     if name not in names:
         raise ConfigError(f"{model.name} has no {name}", possible=f"it has {', '.join(names)}")

@@ -14,9 +14,10 @@ import numpy as np
 from quavsweep.clock import Clock
 from quavsweep.config import Sweep
 from quavsweep.grid import Axis, Grid, Tile
-from quavsweep.integrate import Plan, integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.measures import Evidence
+from quavsweep.plan import Plan, make_plan
 from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet, check_folder
 from quavsweep.tiling import LARGEST_GROUP_BYTES, bytes_needed, choose_tile_cells
@@ -141,6 +142,6 @@ def _thinned(axes: tuple[Axis, ...], cells: int) -> tuple[Axis, ...]:
         room = (cells / math.prod(len(a) for a in kept)) ** (1 / (len(axes) - i))
         number = min(len(axis), max(1, round(room)))
         picked = np.unique(((np.arange(number) + 0.5) * len(axis) / number).astype(int))
-        kept.append(Axis(axis.name, tuple(axis.values[j] for j in picked)))
+        kept.append(axis.picked(picked.tolist()))
     by_name = {axis.name: axis for axis in kept}
     return tuple(by_name[axis.name] for axis in axes)

@@ -23,6 +23,8 @@ from quavsweep.kernels.syntax import syntax_digest
 
 HASHED_MODULES = (
     "quavsweep.integrate",
+    "quavsweep.look",
+    "quavsweep.plan",
     "quavsweep.clock",
     "quavsweep.codes",
     "quavsweep.grid",
@@ -30,9 +32,17 @@ HASHED_MODULES = (
     "quavsweep.measures.lyapunov",
     "quavsweep.measures.measure",
     "quavsweep.measures.variable",
+    "quavsweep.measures.verdict",
     "quavsweep.analysis.certificate",
+    "quavsweep.analysis.cycle",
     "quavsweep.analysis.equilibrium",
+    "quavsweep.analysis.event",
+    "quavsweep.analysis.flow",
     "quavsweep.analysis.interval",
+    "quavsweep.analysis.returns",
+    "quavsweep.analysis.shooting",
+    "quavsweep.analysis.tour",
+    "quavsweep.analysis.tube",
     "quavsweep.kernels.formula",
     "quavsweep.kernels.layout",
     "quavsweep.kernels.method",
@@ -40,9 +50,14 @@ HASHED_MODULES = (
     "quavsweep.kernels.program",
     "quavsweep.kernels.step",
 )
-DENSE_MODULES = ("quavsweep.measures.dense", "quavsweep.analysis.event", "quavsweep.analysis.observer")
+DENSE_MODULES = ("quavsweep.measures.dense", "quavsweep.analysis.observer")
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
 RESULT_MODULES = (
+    "quavsweep.analysis.attractor",
+    "quavsweep.analysis.birkhoff",
+    "quavsweep.analysis.change_point",
+    "quavsweep.analysis.lifetime",
+    "quavsweep.analysis.standard_error",
     "quavsweep.classify",
     "quavsweep.classify.chaotic_phase",
     "quavsweep.classify.exact",
@@ -50,16 +65,15 @@ RESULT_MODULES = (
     "quavsweep.classify.region",
     "quavsweep.classify.self_check",
     "quavsweep.classify.sign",
-    "quavsweep.classify.window",
     "quavsweep.classify.variable",
-    "quavsweep.analysis.birkhoff",
-    "quavsweep.analysis.change_point",
-    "quavsweep.analysis.standard_error",
+    "quavsweep.classify.window",
     "quavsweep.codes",
+    "quavsweep.passes",
+    "quavsweep.reduction",
     "quavsweep.store.netcdf",
     "quavsweep.store.outcome",
 )
-_NO_EVIDENCE = ("classify", "integrate.duration")  # keys that change no integrated number
+_NO_EVIDENCE = ("classify", "integrate.duration", "effort")  # keys that change no integrated number
 
 
 def digest(data: Any) -> str:
@@ -94,8 +108,12 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
 
 
 def _axes(sweep: Sweep) -> dict[str, list[str]]:
-    """Return the exact values of the axes."""
-    return {axis.name: [value.hex() for value in axis.values] for axis in sweep.grid.axes}
+    """Return the exact values of what varies."""
+    return {
+        name if name == axis.name else f"{axis.name}.{name}": [value.hex() for value in values]
+        for axis in sweep.grid.axes
+        for name, values in axis.quantities.items()
+    }
 
 
 def subject(sweep: Sweep) -> str:
@@ -143,8 +161,8 @@ class Identity:
         Of everything that changes an integrated number.
     toolchain : str
         Of everything else that changes its bits.
-    stage : str
-        First and last step that the shards cover.
+    end : str
+        Last step, and how much further undecided cells may go.
     rules : str
         Of the thresholds, of the code that uses them, and of what the model says of its quantities.
     subject : str
@@ -153,28 +171,28 @@ class Identity:
 
     evidence: str
     toolchain: str
-    stage: str
+    end: str
     rules: str
     subject: str = ""
 
     @property
     def result(self) -> str:
-        """Identity of the result: of evidence, toolchain, stages and rules."""
-        return digest([self.evidence, self.toolchain, [self.stage], self.rules])
+        """Identity of the result: of evidence, toolchain, end and rules."""
+        return digest([self.evidence, self.toolchain, self.end, self.rules])
 
-    @property
-    def owner(self) -> str:
-        """What a shard tells of those who made it."""
-        return f"{self.evidence} {self.toolchain} {self.stage}"
+    def owner(self, stage: str) -> str:
+        """Return what a shard of a stage tells of those who made it."""
+        return f"{self.evidence} {self.toolchain} {stage}"
 
 
 def identify(sweep: Sweep) -> Identity:
     """Return the identity of a sweep on this machine."""
-    evidence, tools, stage = digest(evidence_parts(sweep)), digest(toolchain()), f"0-{sweep.clock.steps}"
+    evidence, tools = digest(evidence_parts(sweep)), digest(toolchain())
+    end = f"{sweep.clock.steps}-{sweep.most_steps}"
     model = sweep.model
     told = [repr(model.states), repr(model.parameters), model.time_unit, model.source]
     rules = [sweep.config.classify.model_dump(), *(syntax_digest(name) for name in RESULT_MODULES), *told]
-    return Identity(evidence, tools, stage, digest(rules), subject(sweep))
+    return Identity(evidence, tools, end, digest(rules), subject(sweep))
 
 
 def changed_keys(old: dict[str, Any], new: dict[str, Any]) -> list[str]:

@@ -19,13 +19,17 @@ from quavsweep.config import Sweep, dump_config, load_sweep
 from quavsweep.errors import ConfigError, DamageError, DiskError, StoppedError, TilesFailedError
 from quavsweep.executor import run_tiles
 from quavsweep.grid import Tile
-from quavsweep.integrate import Plan, integrate_tile, make_plan
+from quavsweep.integrate import continue_cells, integrate_tile
 from quavsweep.kernels.compiler import default_lanes
+from quavsweep.measures import Evidence
+from quavsweep.passes import with_passes
+from quavsweep.plan import Plan, make_plan
 from quavsweep.progress import Progress
 from quavsweep.provenance import evidence_parts, identify, machine, toolchain
 from quavsweep.step_check import StepError, check_step, regular_cells
-from quavsweep.store import RunFolder, Shard, ShardSet, check_folder, read_result, write_shard
+from quavsweep.store import RunFolder, Shard, ShardSet, check_folder, read_result
 from quavsweep.store.outcome import write_outcome
+from quavsweep.store.passes import integrated_passes
 from quavsweep.tiling import bytes_needed, choose_tile_cells, spread
 
 Observer = Callable[[Progress], None]
@@ -33,9 +37,10 @@ Observer = Callable[[Progress], None]
 
 @dataclass(frozen=True)
 class Done:
-    """What a worker reports of a tile: its shard, and a few numbers for those who watch."""
+    """What a worker reports of a tile: new shards, whether it was missing, and a few numbers for those who watch."""
 
-    shard: Shard
+    shards: list[Shard]
+    fresh: bool
     steps: int
     regions: np.ndarray
     step_error: StepError | None
@@ -50,6 +55,7 @@ def run_sweep(
     stop: threading.Event | None = None,
     accept_toolchain: bool = False,
     exclusive: bool = True,
+    longer: bool = False,
     tile_cells: int | None = None,
     lanes: int | None = None,
     order_seed: int | None = None,
@@ -71,6 +77,8 @@ def run_sweep(
         Whether to start anew in a folder that holds the evidence of other versions of compilers or libraries.
     exclusive : bool
         Whether to lock the folder against other runs; two at a time do the same work twice.
+    longer : bool
+        Whether the folder may hold a shorter run of the same sweep, which is then taken on.
     tile_cells, lanes, order_seed : int, optional
         Force a layout or a random order of tiles; the result does not depend on them.
 
@@ -96,7 +104,7 @@ def run_sweep(
     with folder.lock(exclusive):
         plan = make_plan(sweep, lanes or default_lanes())
         identity = identify(sweep)
-        check_folder(folder, sweep, identity, accept_toolchain)
+        check_folder(folder, sweep, identity, accept_toolchain, longer)
         shards = ShardSet.scan(folder, sweep, identity, tile_cells or choose_tile_cells(plan))
         _check_disk(folder, shards)
         record = {"started": time.time(), "evidence": evidence_parts(sweep), "toolchain": toolchain(), **machine()}
@@ -109,7 +117,7 @@ def run_sweep(
                 observe(progress)
 
         failed = _complete(plan, shards, workers, progress, watch, stop, order_seed)
-        while not _consolidate(folder, shards, failed, progress, watch, stop):
+        while _consolidate(folder, shards, failed, progress, watch, stop) is None:
             failed = _complete(plan, shards, workers, progress, watch, stop, order_seed)
         folder.write_record(record | {"ended": time.time(), "failed": failed, **_step_record(progress)})
     if failed:
@@ -119,6 +127,45 @@ def run_sweep(
             "the others are in the result; run again to retry",
         )
     return folder.result
+
+
+def extend_sweep(
+    path: Path | str,
+    duration: float,
+    *,
+    workers: int = 2,
+    observe: Observer | None = None,
+    stop: threading.Event | None = None,
+) -> Path:
+    """Take a run on to a longer duration, from its checkpoints, and return the path of the result.
+
+    The result has the same bytes as that of a run of this duration, with the same batch, from the start.
+
+    Parameters
+    ----------
+    path : Path
+        Folder of the run.
+    duration : float
+        Time over which exponents are averaged, in the model's time; rounded up to whole segments.
+
+    Raises
+    ------
+    ConfigError
+        If there is no run, or it is longer already.
+    IdentityError, LockedError, DiskError, StoppedError, TilesFailedError
+        As `run_sweep`.
+    """
+    folder = RunFolder(Path(path))
+    folder.must_exist()
+    present = load_sweep(folder.config)
+    sweep = load_sweep(folder.config, [f"integrate.duration={float(duration)!r}"])
+    if sweep.clock.steps < present.clock.steps:
+        raise ConfigError(
+            f"a duration of {duration:g} is shorter than that of the run",
+            str(folder.path),
+            f"at least {present.clock.duration:g}; plot --horizon shows what a shorter run would have said",
+        )
+    return run_sweep(sweep, folder.path, workers=workers, observe=observe, stop=stop, longer=True)
 
 
 def _step_record(progress: Progress) -> dict[str, Any]:
@@ -157,9 +204,13 @@ def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
         if missing := shards.tiles - len(shards.shards):
             what = f"{missing} of {shards.tiles} tiles are missing; nothing was changed"
             raise StoppedError(what, str(folder.path), "run the sweep to complete it")
-        if not _consolidate(folder, shards, {}, Progress(0, 0), lambda: None, threading.Event()):
+        waiting = _consolidate(folder, shards, {}, Progress(0, 0), lambda: None, threading.Event())
+        if waiting is None:
             raise DamageError("shards were damaged while they were read", str(folder.path), "run the sweep again")
         folder.write_config(dump_config(sweep.canonical()))
+    if waiting:
+        what = f"{waiting} cells are undecided by these thresholds and have not gone on yet"
+        raise StoppedError(what, str(folder.path), "the rest is labelled; run the sweep to let them go on")
     return folder.result
 
 
@@ -181,26 +232,28 @@ def _complete(
     stop: threading.Event,
     order_seed: int | None,
 ) -> dict[int, str]:
-    """Run the tiles that no shard covers; return the errors of those that raised."""
-    tiles = spread(shards.missing())
+    """Run the tiles that no shard covers, and passes of the effort; return the errors of those that raised."""
+    missing = shards.missing()
+    tiles = spread(missing if plan.sweep.config.effort is None else map(shards.tile, range(shards.tiles)))
     progress.stage = "integrating"
-    progress.tiles_done = shards.tiles - len(tiles)
-    progress.cells_done = progress.cells - sum(len(tile) for tile in tiles)
+    progress.tiles_done = shards.tiles - len(missing)
+    progress.cells_done = progress.cells - sum(len(tile) for tile in missing)
     watch()
     if order_seed is not None:
         random.Random(order_seed).shuffle(tiles)
 
+    fresh = {tile.index for tile in missing}
     checked = threading.Event()  # the step is checked once, in the first tile with regular cells
 
     def work(tile: Tile) -> Done:
-        evidence = integrate_tile(plan, tile, stop.is_set)
-        shard = write_shard(shards.folder, tile, shards.tile_cells, plan.variables, evidence, shards.identity)
-        count, steps = np.bincount(regions(plan.sweep, evidence), minlength=len(REGION)), int(evidence["steps"].sum())
+        evidence, begun, published = _evidence(plan, shards, tile, stop)
+        count = np.bincount(regions(plan.sweep, evidence), minlength=len(REGION))
+        steps = int(evidence["steps"].sum()) - begun
         error = None
         if not checked.is_set() and (regular := regular_cells(classify(plan.sweep, evidence))).any():
             checked.set()
             error = check_step(plan, tile, regular, steps / len(tile) * progress.cells, stop.is_set)
-        return Done(shard, steps, count, error)
+        return Done(published, tile.index in fresh, steps, count, error)
 
     failed = {}
     try:
@@ -211,9 +264,11 @@ def _complete(
                 failed[receipt.tile.index] = receipt.trace
                 progress.failed += 1
             else:
-                shards.add(receipt.outcome.shard)
+                for shard in receipt.outcome.shards:
+                    shards.add(shard)
                 progress.step_error = progress.step_error or receipt.outcome.step_error
-                progress.add(len(receipt.tile), receipt.outcome.steps, receipt.outcome.regions)
+                if receipt.outcome.fresh:
+                    progress.add(len(receipt.tile), receipt.outcome.steps, receipt.outcome.regions)
             watch()
     except StoppedError:
         raise StoppedError(
@@ -223,6 +278,30 @@ def _complete(
     return failed
 
 
+def _evidence(plan: Plan, shards: ShardSet, tile: Tile, stop: threading.Event) -> tuple[Evidence, int, list[Shard]]:
+    """Return a tile's evidence with all passes of the effort, how many steps of it were there, and new shards."""
+    published: list[Shard] = []
+    begun = 0
+    try:
+        evidence = shards.read(tile.index, {}) if tile.index in shards.shards else None
+    except DamageError:
+        evidence = None  # a later look at all shards sets it aside
+    if evidence is None:
+        begin, earlier = shards.begin(tile.index)
+        if earlier is None:
+            evidence = integrate_tile(plan, tile, stop.is_set)
+        else:
+            begun = int(earlier["steps"].sum())
+            evidence = continue_cells(plan, earlier, stop.is_set)
+        published.append(shards.write(tile, evidence, begin, shards.end))
+
+    def continued(end: int, cells: Evidence) -> Evidence:
+        return continue_cells(plan.until(end), cells, stop.is_set)
+
+    go_on = integrated_passes(shards, tile, continued, published)
+    return with_passes(plan.sweep, evidence, go_on)[0], begun, published
+
+
 def _consolidate(
     folder: RunFolder,
     shards: ShardSet,
@@ -230,14 +309,17 @@ def _consolidate(
     progress: Progress,
     watch: Callable[[], None],
     stop: threading.Event,
-) -> bool:
-    """Write the result unless it is there; return False if shards turned out damaged and were set aside."""
-    if not shards.missing():
+) -> int | None:
+    """Write the result unless it is there; return how many cells wait for a pass of the effort.
+
+    None if shards turned out damaged and were set aside.
+    """
+    if not shards.missing() and shards.sweep.config.effort is None:
         with contextlib.suppress(FileNotFoundError, DamageError):
             stored = read_result(folder.result)
             whole = not np.isin(stored.data["status"], (Status.NOT_COMPUTED, Status.FAILED)).any()
             if whole and stored.file_attributes["result_id"] == shards.identity.result:
-                return not shards.discard_damaged()
+                return None if shards.discard_damaged() else 0
     progress.stage = "writing the result"
 
     def stopped() -> bool:
@@ -245,8 +327,7 @@ def _consolidate(
         return stop.is_set()
 
     try:
-        write_outcome(folder.result, shards, failed, stopped)
+        return write_outcome(folder.result, shards, failed, stopped)
     except DamageError:
         shards.discard_damaged()
-        return False
-    return True
+        return None

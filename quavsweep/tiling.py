@@ -10,8 +10,8 @@ import numpy as np
 from quavsweep.classify import result_variables
 from quavsweep.config import Sweep
 from quavsweep.grid import Tile
-from quavsweep.integrate import Plan
 from quavsweep.kernels.layout import FEWEST_LANES
+from quavsweep.plan import Plan
 
 TILE_SECONDS = 4.0  # estimated time of a tile: what a kill can lose, against overhead (2 s: 3.1 %, 4 s: 1.8 %)
 FEWEST_TILES = 32  # so that workers end together

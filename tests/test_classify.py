@@ -11,8 +11,9 @@ from quavsweep.classify import classify, missing_sum, missing_zero, regions, res
 from quavsweep.codes import Certificate, Region, Status
 from quavsweep.config import Sweep
 from quavsweep.grid import Tile
-from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
+from quavsweep.plan import make_plan
 from tests.conftest import LORENZ, YAW
 
 SEGMENTS = 16
@@ -300,7 +301,7 @@ def _uncertified(evidence: Evidence) -> Evidence:
 def test_cycles_without_a_certificate_are_never_chaotic(make_sweep: Callable[..., Sweep]) -> None:
     """Stable cycles of the Lorenz system beyond rho = 220, where there is no chaos but near their bifurcations."""
     sweep = make_sweep(
-        LORENZ,
+        LORENZ + "stop_early: false\n",
         ("start: 0.5, stop: 600, num: 60", "start: 330, stop: 400, num: 100"),
         ("dt: 0.02", "dt: 0.004"),
         ("block: 5", "block: 20"),
@@ -315,7 +316,7 @@ def test_cycles_without_a_certificate_are_never_chaotic(make_sweep: Callable[...
 def test_chaos_of_the_lorenz_system_is_never_periodic(make_sweep: Callable[..., Sweep]) -> None:
     for duration in (40, 400):  # also where it is too short to tell
         sweep = make_sweep(
-            LORENZ,
+            LORENZ + "stop_early: false\n",
             ("start: 0.5, stop: 600, num: 60", "start: 28, stop: 50, num: 100"),
             ("dt: 0.02", "dt: 0.005"),
             ("block: 5", "block: 20"),

@@ -13,8 +13,9 @@ from quavsweep.config import Sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Tile
 from quavsweep.horizon import truncated
-from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
+from quavsweep.plan import make_plan
 from tests.conftest import LORENZ, YAW
 
 LENGTHS = (

@@ -11,9 +11,10 @@ from quavsweep.codes import Certificate, Status
 from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import StoppedError
 from quavsweep.grid import Tile
-from quavsweep.integrate import cell_values, generic_frame, integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
 from quavsweep.models import load_model
+from quavsweep.plan import cell_values, generic_frame, make_plan
 from tests import twin
 from tests.conftest import LORENZ, YAW
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from benchmarks.assembly import kinds, printed_loop
-from quavsweep.integrate import generic_frame
 from quavsweep.kernels.compiler import LANES, cpu_class, make_advance
 from quavsweep.kernels.derive import derive
 from quavsweep.kernels.layout import Layout
@@ -19,6 +18,7 @@ from quavsweep.kernels.method import DP8, RK4, ButcherTable
 from quavsweep.kernels.printer import print_kernel
 from quavsweep.kernels.step import choose_layout
 from quavsweep.models import NAMES, Model, Parameter, State, load_model
+from quavsweep.plan import generic_frame
 from tests import twin
 
 EPS = np.finfo(float).eps
@@ -121,16 +121,16 @@ def test_the_trace_is_integrated(name: str, vectors: int) -> None:
     model = load_model(name)
     u, frame, parameters = _start(model, 16, vectors)
     program = make_program(model)
-    layout = choose_layout(program, DP8, vectors, 16, trace=True)
+    layout = choose_layout(program, DP8, vectors, 16, last_from_trace=True)
     table = layout.pack(u, frame, program.coefficient_values(list(parameters), DP8.time_unit(0.01)))
     make_advance(program, DP8, layout)(table.reshape(-1), 0, 1, 4, 25)
     full = _advanced(name, 3, 16, 4, 25, 0.01, method=DP8)
     np.testing.assert_array_equal(layout.state(table, 16), full[:, :3])
-    growth = np.zeros((1, vectors + 1, 16))
-    layout.add_growth(table, growth)
+    growth, volume = np.zeros((1, vectors + 1, 16)), np.zeros((1, 1, 16))
+    layout.add_growth(table, growth, volume)
     np.testing.assert_allclose(growth[0].sum(axis=0), np.log(full[:, -3:]).sum(axis=1), rtol=0, atol=1e-9)
     np.testing.assert_allclose(growth[0, :vectors].T, np.log(full[:, 12 : 12 + vectors]), rtol=0, atol=1e-12)
-    layout.add_growth(table, growth)  # nothing is taken twice
+    layout.add_growth(table, growth, volume)  # nothing is taken twice
     np.testing.assert_allclose(growth[0].sum(axis=0), np.log(full[:, -3:]).sum(axis=1), rtol=0, atol=1e-9)
 
 

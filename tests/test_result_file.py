@@ -19,7 +19,7 @@ from quavsweep.errors import DamageError
 from quavsweep.plot import make_figure
 from quavsweep.provenance import identify
 from quavsweep.result import open_result
-from quavsweep.store import Part, RunFolder, ShardSet, check_result, read_result, write_shard
+from quavsweep.store import Part, RunFolder, ShardSet, check_result, read_result
 from quavsweep.store.outcome import write_outcome
 from quavsweep.store.publish import _SEAL, publish_bytes
 from quavsweep.store.sealed_file import SealedFile
@@ -109,7 +109,7 @@ def test_a_result_is_made_in_bounded_memory(tmp_path: Path) -> None:
         evidence["steps"][:] = sweep.clock.steps
         for name in ("growth", "growth_total", "state"):
             evidence[name][:] = np.arange(tile.start, tile.stop).reshape(-1, *[1] * (evidence[name].ndim - 1))
-        shards.add(write_shard(shards.folder, tile, 2_000, sweep.measures.evidence, evidence, identity))
+        shards.add(shards.write(tile, evidence, 0, shards.end))
     tracemalloc.start()
     write_outcome(folder.result, shards, {}, lambda: False)
     result = open_result(folder.result)

@@ -12,7 +12,8 @@ from quavsweep.classify.growth import growth_of
 from quavsweep.classify.window import averaged
 from quavsweep.config import parse_sweep
 from quavsweep.grid import Tile
-from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
+from quavsweep.plan import make_plan
 
 N = 3000  # series
 

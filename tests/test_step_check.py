@@ -13,8 +13,9 @@ from scipy.integrate import solve_ivp
 
 from quavsweep.config import parse_sweep
 from quavsweep.grid import Tile
-from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.models import load_model
+from quavsweep.plan import make_plan
 from quavsweep.step_check import check_step
 from quavsweep.sweep import run_sweep
 

@@ -16,7 +16,8 @@ import pytest
 from quavsweep.config import Sweep
 from quavsweep.errors import DamageError, DiskError, IdentityError, LockedError
 from quavsweep.grid import Tile
-from quavsweep.integrate import integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
+from quavsweep.plan import make_plan
 from quavsweep.provenance import Identity, identify
 from quavsweep.store import RunFolder, ShardSet, read_result, write_shard
 from quavsweep.store.publish import PatientFile, publish_bytes, publish_hdf5
@@ -37,7 +38,7 @@ def sweep(make_sweep: Callable[..., Sweep]) -> Sweep:
 def shard(sweep: Sweep, tmp_path: Path) -> Shard:
     tile = Tile(1, 32, 45)
     evidence = integrate_tile(make_plan(sweep, 16), tile, lambda: False)
-    return write_shard(tmp_path / "shards", tile, 32, sweep.measures.evidence, evidence, IDENTITY)
+    return write_shard(tmp_path / "shards" / "0-40000", tile, 32, sweep.measures.evidence, evidence, IDENTITY)
 
 
 def _read(shard: Shard, sweep: Sweep, tile: Tile = TILE, identity: Identity = IDENTITY) -> dict[str, np.ndarray]:
@@ -48,12 +49,12 @@ def test_a_shard_returns_what_was_written(shard: Shard, sweep: Sweep) -> None:
     evidence = integrate_tile(make_plan(sweep, 16), Tile(1, 32, 45), lambda: False)
     for name, values in _read(shard, sweep).items():
         np.testing.assert_array_equal(values, evidence[name])
-    assert scan_shards(shard.path.parent) == {1: [shard]}
+    assert scan_shards(shard.path.parents[1]) == [shard]
 
 
 def test_the_same_evidence_gives_the_same_bytes(shard: Shard, sweep: Sweep, tmp_path: Path) -> None:
     evidence = _read(shard, sweep)
-    again = write_shard(tmp_path / "more", Tile(1, 32, 45), 32, sweep.measures.evidence, evidence, IDENTITY)
+    again = write_shard(tmp_path / "more" / "0-40000", Tile(1, 32, 45), 32, sweep.measures.evidence, evidence, IDENTITY)
     assert again.path.name == shard.path.name
     assert again.path.read_bytes() == shard.path.read_bytes()
 
@@ -76,21 +77,21 @@ def test_truncated_and_foreign_shards_are_seen(shard: Shard, sweep: Sweep) -> No
     with pytest.raises(DamageError, match="another tile"):
         _read(shard, sweep, Tile(2, 64, 77))
     shard.path.write_bytes(shard.path.read_bytes()[:-1])
-    assert scan_shards(shard.path.parent) == {}
+    assert scan_shards(shard.path.parents[1]) == []
     with pytest.raises(DamageError):
         _read(shard, sweep)
 
 
 def test_what_is_set_aside_is_not_found(shard: Shard) -> None:
     set_aside(shard)
-    assert scan_shards(shard.path.parent) == {}
+    assert scan_shards(shard.path.parents[1]) == []
     assert len(list(shard.path.parent.iterdir())) == 1
 
 
 def test_a_folder_in_the_place_of_a_shard_is_no_shard(shard: Shard) -> None:
     shard.path.unlink()
     shard.path.mkdir()
-    assert scan_shards(shard.path.parent) == {}
+    assert scan_shards(shard.path.parents[1]) == []
 
 
 class _FullDisk(io.BytesIO):

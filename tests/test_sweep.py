@@ -21,8 +21,9 @@ from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import DiskError, IdentityError, StoppedError, TilesFailedError
 from quavsweep.executor import run_tiles
 from quavsweep.grid import Tile
-from quavsweep.integrate import Plan, integrate_tile, make_plan
+from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
+from quavsweep.plan import Plan, make_plan
 from quavsweep.result import open_result
 from quavsweep.store import RunFolder
 from quavsweep.sweep import Progress, run_sweep
@@ -248,14 +249,14 @@ def test_an_axis_with_many_values_fits_into_the_result(tmp_path: Path) -> None:
 
 def test_shards_lie_under_both_identities(tmp_path: Path) -> None:
     run_sweep(parse_sweep(YAW), tmp_path)
-    ((evidence, toolchain, stage),) = RunFolder(tmp_path).identities()
+    ((evidence, toolchain),) = RunFolder(tmp_path).identities()
     assert len(evidence) == len(toolchain) == 32
-    assert stage == "0-40000"
+    assert [path.name for path in RunFolder(tmp_path).shards(evidence, toolchain).iterdir()] == ["0-40000"]
 
 
 def test_a_run_that_cannot_fit_on_the_disk_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(RunFolder, "free_bytes", 1000)
-    with pytest.raises(DiskError, match=r"the shards need 6\.\d+e\+04 bytes, 1e\+03 are free"):
+    with pytest.raises(DiskError, match=r"the shards need 7\.\d+e\+04 bytes, 1e\+03 are free"):
         run_sweep(parse_sweep(YAW), tmp_path)
 
 

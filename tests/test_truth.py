@@ -17,10 +17,10 @@ from quavsweep.classify.growth import growth_of
 from quavsweep.codes import Certificate, Region, Status
 from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
 from quavsweep.grid import Tile
-from quavsweep.integrate import cell_values, make_plan
 from quavsweep.kernels.compiler import make_advance
 from quavsweep.kernels.layout import Layout
 from quavsweep.measures import Evidence
+from quavsweep.plan import cell_values, make_plan
 from quavsweep.provenance import identify
 from quavsweep.result import Result, open_result
 from quavsweep.store import RunFolder, ShardSet

@@ -15,6 +15,16 @@ ITERATIONS = 12  # of the Illinois method, of order 1.44: the bracket is below r
 Event = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of states (D, n) and coefficients (C, n) to (n,)
 
 
+def slope(program: Program, index: int) -> Event:
+    """Return the event that a state turns: its derivative, downward at a maximum."""
+
+    def event(u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        (value,) = program.evaluate([program.rhs[index]], program.names(u, coefficients))
+        return np.broadcast_to(value, u.shape[1:])
+
+    return event
+
+
 def crossings(before: np.ndarray, after: np.ndarray, direction: str) -> np.ndarray:
     """Return where values change their sign from one to the next: upward, downward, or `both`; bool.
 
@@ -22,10 +32,11 @@ def crossings(before: np.ndarray, after: np.ndarray, direction: str) -> np.ndarr
     counted twice; an orbit that touches zero exactly there and turns back counts as well. `beyond` is a step that
     ends above zero and began at or below it.
     """
-    up = (before < 0) & (after >= 0)
-    down = (before > 0) & (after <= 0)
-    beyond = (before <= 0) & (after > 0)
-    return np.asarray({"up": up, "down": down, "both": up | down, "beyond": beyond}[direction])
+    if direction == "beyond":
+        return np.asarray((before <= 0) & (after > 0))
+    if direction == "both":
+        return np.asarray(crossings(before, after, "up") | crossings(before, after, "down"))
+    return np.asarray((before < 0) & (after >= 0) if direction == "up" else (before > 0) & (after <= 0))
 
 
 def step(program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
@@ -45,7 +56,12 @@ def step(program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, 
 
 
 def locate(
-    program: Program, method: ButcherTable, dt: float, event: Event, u: np.ndarray, coefficients: np.ndarray
+    program: Program,
+    method: ButcherTable,
+    dt: float | np.ndarray,
+    event: Event,
+    u: np.ndarray,
+    coefficients: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return when, and in which state, an event happens within the step that starts at `u`.
 
@@ -54,6 +70,8 @@ def locate(
 
     Parameters
     ----------
+    dt : float or (n,) float64
+        Length of the step.
     u : (D, n) float64
         States from which a whole step crosses zero.
     coefficients : (C, n) float64
@@ -68,13 +86,13 @@ def locate(
     ----------
     .. [1] M. Dowell, P. Jarratt, BIT 11, 168 (1971).
     """
-    low, high = np.zeros(u.shape[1]), np.full(u.shape[1], dt)
+    low, high = np.zeros(u.shape[1]), np.zeros(u.shape[1]) + dt
     at_low = event(u, coefficients)
     at_high = event(step(program, method, high, u, coefficients), coefficients)
     time = high
     for _ in range(ITERATIONS):
-        slope = at_high - at_low
-        time = np.where(slope == 0, high, (low * at_high - high * at_low) / np.where(slope == 0, 1.0, slope))
+        rise = at_high - at_low
+        time = np.where(rise == 0, high, (low * at_high - high * at_low) / np.where(rise == 0, 1.0, rise))
         value = event(step(program, method, time, u, coefficients), coefficients)
         opposite = value * at_high <= 0
         # An end that stays counts half from then on, so that both ends move.

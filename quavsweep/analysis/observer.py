@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from quavsweep.analysis.event import Event, crossings, locate
+from quavsweep.analysis.event import Event, crossings, locate, slope
 from quavsweep.clock import Clock
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
-from quavsweep.measures import Evidence, FirstTime, Measures, Orbit, Peak, Samples
+from quavsweep.measures import Evidence, FirstTime, LastTime, Measures, Orbit, Peak, Samples
 from quavsweep.models import Model
 
 
@@ -154,8 +154,8 @@ class SampleWatcher(Watcher):
             index, at = scene.state(samples.section.of), samples.section.at
             self._crossings = Crossings(scene, lambda u, c: u[index] - at, samples.section.direction, first, _END)
         else:
-            slope = _slope(scene, scene.state(samples.maxima or scene.model.state_names[0]))
-            self._crossings = Crossings(scene, slope, "down", first, _END)
+            event = slope(scene.program, scene.state(samples.maxima or scene.model.state_names[0]))
+            self._crossings = Crossings(scene, event, "down", first, _END)
 
     def see(self, chunk: Chunk) -> None:
         """Mark the crossings of a chunk."""
@@ -178,7 +178,7 @@ class PeakWatcher(Watcher):
     def __init__(self, scene: Scene, peak: Peak) -> None:
         self._scene, self._last = scene, peak.hold(scene.clock)
         self._states = [scene.state(name) for name in peak.of]
-        self._turns = [Crossings(scene, _slope(scene, i), "both", 0, self._last) for i in self._states]
+        self._turns = [Crossings(scene, slope(scene.program, i), "both", 0, self._last) for i in self._states]
 
     def see(self, chunk: Chunk) -> None:
         """Mark the turns of a chunk, and look at the ends of the window."""
@@ -238,18 +238,26 @@ class FirstTimeWatcher(Watcher):
         found[cells[new]] = times[first[new]]
 
 
+class LastTimeWatcher(Watcher):
+    """Keeps the last time at a value."""
+
+    def __init__(self, scene: Scene, last_time: LastTime) -> None:
+        index, at = scene.state(last_time.of), last_time.at
+        self._scene = scene
+        self._crossings = Crossings(scene, lambda u, c: u[index] - at, "both", 0, _END)
+
+    def see(self, chunk: Chunk) -> None:
+        """Mark the crossings of a chunk."""
+        self._crossings.mark(chunk)
+
+    def settle(self) -> None:
+        """Keep the last crossing of each cell; a later call knows later ones."""
+        cells, times, _ = self._crossings.take()
+        last = np.append(cells[1:] != cells[:-1], cells.size > 0)[: cells.size]
+        self._scene.evidence["last_time"][cells[last]] = times[last]
+
+
 _END = 2**62  # a window that the run ends
-
-
-def _slope(scene: Scene, index: int) -> Event:
-    """Return the event that a state turns."""
-    program = scene.program
-
-    def slope(u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        (value,) = program.evaluate([program.rhs[index]], program.names(u, coefficients))
-        return np.broadcast_to(value, u.shape[1:])
-
-    return slope
 
 
 def make_watchers(measures: Measures, scene: Scene) -> list[Watcher]:
@@ -265,6 +273,8 @@ def make_watchers(measures: Measures, scene: Scene) -> list[Watcher]:
             watchers.append(PeakWatcher(scene, measure))
         elif isinstance(measure, FirstTime):
             watchers.append(FirstTimeWatcher(scene, measure))
+        elif isinstance(measure, LastTime):
+            watchers.append(LastTimeWatcher(scene, measure))
     return watchers
 
 

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 @click.option("--variable", "variables", multiple=True, metavar="V", help="Draw this one; may be repeated.")
 @click.option("--limits", type=Limits(), metavar="A,B", help="Limits of the colours, or of a line's axis.")
 @click.option("--overlay", "overlays", multiple=True, metavar="CURVE", help="A curve over a map: CSV file or equation.")
+@click.option("--horizon", type=float, metavar="T", help="What a run to this time would have said, by stored batches.")
 @click.option("--at", "at", multiple=True, type=KeyValue(), metavar="KEY=VALUE", help="Fix an axis at a value.")
 def plot(
     sources: tuple[Path, ...],
@@ -34,6 +35,7 @@ def plot(
     variables: tuple[str, ...],
     limits: tuple[float, float] | None,
     overlays: tuple[str, ...],
+    horizon: float | None,
     at: tuple[tuple[str, float], ...],
 ) -> None:
     """Draw a run, finished or not; several give a panel each.
@@ -43,6 +45,7 @@ def plot(
     quavsweep plot results/omega_c --variable settle_time --out settle.pdf
     quavsweep plot results/omega_c --variable final_state.p --limits -2,2
     quavsweep plot results/omega_c --at c=5
+    quavsweep plot results/omega_c --horizon 2000
     quavsweep plot results/omega_c --overlay "hovering: \\
         2.9e-5*(2*Omega1**2 + 2*(Omega1+c)**2) = 0.468*9.81"
     quavsweep plot results/omega_c results/omega_ix --out both.png
@@ -53,13 +56,13 @@ def plot(
     from quavsweep.plot import draw
     from quavsweep.result import open_result
 
-    results = [open_result(source).at(**dict(at)) for source in sources]
+    results = [open_result(source, horizon).at(**dict(at)) for source in sources]
     for name, asked in at:
-        used = {**results[0].sweep.parameters, **results[0].sweep.config.initial}[name]
+        used = {**results[0].sweep.parameters, **results[0].sweep.config.initial}.get(name, round(asked))
         if used != asked:
             warn(f"{name} = {used:g}, the value of the grid that is nearest to {asked:g}")
     folder = sources[0] if sources[0].is_dir() else sources[0].parent
-    plain = len(sources) == 1 and not (variables or limits or overlays or at)
+    plain = len(sources) == 1 and not (variables or limits or overlays or at or horizon)
     path = out or folder / ("map.png" if plain else "plot.png")  # map.png is the run's own
     say(draw(results, path, variables=variables, limits=limits, overlays=overlays))
 

@@ -1,4 +1,4 @@
-"""The verbs `run` and `classify`: from a config to a result."""
+"""The verbs `run`, `extend` and `classify`: from a config to a result."""
 
 from __future__ import annotations
 
@@ -22,16 +22,23 @@ if TYPE_CHECKING:
     from quavsweep.step_check import StepError
 
 
+workers_option = click.option(
+    "--workers", type=click.IntRange(1, 256), default=2, show_default=True, help="Number of threads."
+)
+max_time_option = click.option(
+    "--max-time", type=Seconds(), metavar="TIME", help="Stop after 3h50m, 03:50:00 or so many seconds (exit 75)."
+)
+no_plot_option = click.option("--no-plot", is_flag=True, help="Do not draw map.png at the end.")
+
+
 @click.command()
 @click.argument("config", type=PATH)
 @click.option("--out", type=PATH, metavar="DIR", help="Folder of the run; default results/<name>.")
 @changes_option
-@click.option("--workers", type=click.IntRange(1, 256), default=2, show_default=True, help="Number of threads.")
+@workers_option
 @click.option("--dry-run", is_flag=True, help="Only say what is done and missing, and what the rest would cost.")
-@click.option(
-    "--max-time", type=Seconds(), metavar="TIME", help="Stop after 3h50m, 03:50:00 or so many seconds (exit 75)."
-)
-@click.option("--no-plot", is_flag=True, help="Do not draw map.png at the end.")
+@max_time_option
+@no_plot_option
 @click.option("--accept-toolchain", is_flag=True, help="Start anew where other library versions left evidence.")
 @click.option("--no-lock", is_flag=True, help="For file systems without locks: do not guard against a second run.")
 def run(
@@ -84,6 +91,37 @@ def run(
             failure = error
     accuracy = _accuracy(sweep, shown.step_error)
     _finish(out or sweep.folder, sweep.name, time.monotonic() - begin, shown.cells_run, not no_plot, accuracy)
+    if failure is not None:
+        raise failure
+
+
+@click.command()
+@click.argument("folder", metavar="DIR", type=PATH)
+@click.option("--duration", type=float, required=True, metavar="T", help="The new duration, after the transient.")
+@workers_option
+@max_time_option
+@no_plot_option
+def extend(folder: Path, duration: float, workers: int, max_time: float | None, no_plot: bool) -> None:
+    """Take the run in DIR on to a longer duration, from its checkpoints.
+
+    \b
+    quavsweep extend results/omega_c --duration 9000
+
+    The result equals that of a run of this duration from the start, to the byte. Ctrl-C stops it (exit 75); the same
+    command continues it.
+    """
+    begin = time.monotonic()
+    stop = _stop_on_signals(max_time)
+    from quavsweep.cli.progress import show_progress
+    from quavsweep.sweep import extend_sweep
+
+    failure = None
+    with show_progress(folder.name) as shown:
+        try:
+            extend_sweep(folder, duration, workers=workers, observe=shown, stop=stop)
+        except TilesFailedError as error:
+            failure = error
+    _finish(folder, "", time.monotonic() - begin, shown.cells_run, not no_plot)
     if failure is not None:
         raise failure
 

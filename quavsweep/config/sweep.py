@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from quavsweep.clock import Clock
-from quavsweep.config.schema import AxisSection, Config
+from quavsweep.config.schema import AxisSection, Config, IntegrateSection
+from quavsweep.errors import ConfigError
 from quavsweep.grid import Grid
 from quavsweep.kernels.method import METHODS, ButcherTable
 from quavsweep.measures import Dimension, Measures, Variable
@@ -50,6 +51,26 @@ class Sweep:
         """What is recorded."""
         return self.config.measures
 
+    @property
+    def start_axes(self) -> tuple[str, ...]:
+        """The axes along which initial states vary; the others are over parameters."""
+        states = set(self.model.state_names)
+        return tuple(axis.name for axis in self.grid.axes if states & set(axis.quantities))
+
+    @property
+    def points(self) -> Grid:
+        """The grid of the parameter points, each of which has all starts."""
+        return Grid(tuple(axis for axis in self.grid.axes if axis.name not in self.start_axes))
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """The initial states of a parameter point, (starts, D) float64, in the order of the axes over them."""
+        grid = Grid(tuple(axis for axis in self.grid.axes if axis.name in self.start_axes))
+        varied = grid.coordinates(0, grid.size)
+        fixed = self.config.initial
+        columns = [varied.get(name, np.full(grid.size, fixed.get(name))) for name in self.model.state_names]
+        return np.stack(columns, axis=1).astype(np.float64)
+
     @cached_property
     def dimensions(self) -> dict[str, Dimension]:
         """The dimensions that evidence and result have beyond the cell."""
@@ -65,7 +86,9 @@ class Sweep:
         time = self.model.time_unit
         if variable.unit != "state":
             return {"time": time, "1/time": "1" if time == "1" else f"1/{time}"}.get(variable.unit, variable.unit)
-        units = {unit for dim in variable.dims for unit in self.dimensions[dim].component_units}
+        units = {
+            unit for dim in variable.dims if dim in self.dimensions for unit in self.dimensions[dim].component_units
+        }
         return units.pop() if len(units) == 1 else ""
 
     @property
@@ -85,24 +108,76 @@ class Sweep:
         known = {**self.parameters, **values}
         parameters = {name: known[name] for name in names if name in known}
         initial = {**self.config.initial, **{n: v for n, v in values.items() if n not in names}}
-        axes = {axis.name: AxisSection(values=list(axis.values)) for axis in grid.axes}
+        axes = {
+            axis.name: self.config.axes[axis.name] if axis.along else AxisSection(values=list(axis.values))
+            for axis in grid.axes
+        }
         config = self.config.model_copy(update={"axes": axes, "initial": initial, "parameters": parameters})
         return replace(self, config=config, grid=grid, parameters=parameters)
 
+    def until(self, steps: int) -> Sweep:
+        """Return the sweep that ends after so many steps, a whole number of segments; canonical configs differ."""
+        clock = replace(self.clock, segments=steps // self.clock.segment_steps)
+        return replace(self, clock=clock)
+
+    def without_effort(self) -> Sweep:
+        """Return the sweep whose cells all end together."""
+        return replace(self, config=self.config.model_copy(update={"effort": None}))
+
+    def steps_at(self, horizon: float) -> int:
+        """Return the steps of a horizon, a time from t = 0, whole segments beyond the transient.
+
+        Raises
+        ------
+        ConfigError
+            If nothing is stored there.
+        """
+        clock = self.clock
+        length = clock.segment_steps * clock.dt
+        first, last, segments = clock.transient_segments + 1, clock.segments, horizon / length
+        whole = round(segments)
+        if abs(segments - whole) <= 1e-9 * max(1.0, segments) and first <= whole <= last:
+            return whole * clock.segment_steps
+        low = min(max(math.floor(segments), first), last)
+        near = sorted({low, min(max(math.ceil(segments), first), last)})
+        what = f"nothing is stored at a horizon of {horizon:g}{self.unit_of_time}"
+        ends = f"it may be {first * length:g} to {last * length:g} in steps of {length:g}"
+        raise ConfigError(what, possible=f"nearest {' and '.join(f'{n * length:g}' for n in near)}; {ends}")
+
+    @property
+    def most_steps(self) -> int:
+        """Steps to which undecided cells may be taken; those of the clock unless the config asks for effort."""
+        clock, effort = self.clock, self.config.effort
+        if effort is None:
+            return clock.steps
+        segments = math.ceil(effort.max_duration / (clock.segment_steps * clock.dt) - 1e-9)
+        return max(clock.steps, (clock.transient_segments + segments) * clock.segment_steps)
+
+    def pass_ends(self) -> Iterator[int]:
+        """Yield the steps at which the passes of the effort end: each doubles the duration, up to the most."""
+        clock, transient = self.clock, self.clock.transient_steps
+        end = clock.steps
+        while end < self.most_steps:
+            end = min(transient + 2 * (end - transient), self.most_steps)
+            yield end
+
     def settings(self) -> dict[str, Any]:
         """Return what of the canonical config may change a number or a label of the result."""
-        data = {key: value for key, value in self.canonical().items() if key != "name"}
+        data = {key: value for key, value in self.canonical().items() if key not in ("name", "plot")}
         return data | {"integrate": {k: v for k, v in data["integrate"].items() if k != "tolerance"}}
 
     def canonical(self) -> dict[str, Any]:
         """Return the config with every default and every rounded time written out; loading it gives the same sweep."""
         data = self.config.model_dump(mode="json", exclude_none=True)
         clock = self.clock
+        if not self.config.plot:
+            del data["plot"]
         data["parameters"] = dict(self.parameters)
         data["initial"] = {name: data["initial"][name] for name in self.model.state_names if name in data["initial"]}
-        data["integrate"] |= {
+        times = data["integrate"] | {
             "transient": clock.transient,
             "duration": clock.duration,
             "segment": clock.segment_steps * clock.dt,
         }
+        data["integrate"] = {key: times[key] for key in IntegrateSection.model_fields if key in times}
         return data

@@ -39,12 +39,14 @@ def default_lanes() -> int:
     return LANES[cpu_class()]
 
 
-def make_advance(program: Program, method: ButcherTable, layout: Layout, dense: bool = False) -> Callable[..., None]:
+def make_advance(
+    program: Program, method: ButcherTable, layout: Layout, dense: bool = False, orthonormal: bool = True
+) -> Callable[..., None]:
     """Return the compiled `advance(lanes, first, last, n_blocks, block)`, or `record` if dense; see `print_kernel`.
 
     The source file is named by the hash of its content, so numba's disk cache, which looks at one file only, is safe.
     """
-    return _load(print_kernel(program, method, layout, dense), "record" if dense else "advance")
+    return _load(print_kernel(program, method, layout, dense, orthonormal), "record" if dense else "advance")
 
 
 @cache

@@ -26,6 +26,8 @@ class Layout:
         Cells per group, W; a multiple of 8, at least 16.
     trace : bool
         Whether a row holds the integral of the trace of the Jacobian.
+    last_from_trace : bool
+        Whether the last exponent is made of that integral, without a vector of its own.
     scratch : int
         Rows that a step uses as it likes.
     """
@@ -36,6 +38,7 @@ class Layout:
     lanes: int = FEWEST_LANES
     trace: bool = False
     scratch: int = 0
+    last_from_trace: bool = False
 
     def __post_init__(self) -> None:
         if self.lanes < FEWEST_LANES or self.lanes % 8:
@@ -69,7 +72,7 @@ class Layout:
     @property
     def exponents(self) -> int:
         """Number of exponents that the vectors and the trace give."""
-        return self.vectors + self.trace
+        return self.vectors + self.last_from_trace
 
     @property
     def rows(self) -> int:
@@ -117,24 +120,28 @@ class Layout:
         lanes[:, self.stretch_row : self.trace_row] = 1.0
         return stretch
 
-    def add_growth(self, lanes: np.ndarray, growth: np.ndarray) -> None:
-        """Add the growth of ln of the vectors' lengths since it was last taken.
-
-        With the trace, the last one is what the others leave of the growth of the volume.
+    def add_growth(self, lanes: np.ndarray, growth: np.ndarray, volume: np.ndarray) -> None:
+        """Add the growth of ln of the vectors' lengths, and of the volume, since it was last taken.
 
         Parameters
         ----------
         lanes : (groups, rows, W) float64
             Stretching factors are set back to 1, integrals to 0.
         growth : (groups, exponents, W) float64
+            The last one, if made of the trace, is what the others leave of the growth of the volume.
+        volume : (groups, 1, W) float64
+            Untouched without a row for it.
         """
-        stretch, volume = self.stretch_row, self.trace_row
-        logarithms = np.log(lanes[:, stretch:volume])
+        stretch, trace = self.stretch_row, self.trace_row
+        logarithms = np.log(lanes[:, stretch:trace])
         growth[:, : self.vectors] += logarithms
-        lanes[:, stretch:volume] = 1.0
+        lanes[:, stretch:trace] = 1.0
         if self.trace:
-            growth[:, self.vectors] += lanes[:, volume] - logarithms.sum(axis=1)
-            lanes[:, volume] = 0.0
+            swelling = lanes[:, trace : trace + 1].copy()
+            volume += swelling
+            if self.last_from_trace:
+                growth[:, self.vectors :] += swelling - logarithms.sum(axis=1, keepdims=True)
+            lanes[:, trace] = 0.0
 
     def cells(self, rows: np.ndarray, n: int) -> np.ndarray:
         """Return some rows of lanes, (groups, m, W), as values of the first n cells, (n, m), a copy."""

@@ -69,7 +69,9 @@ def real(context, k):
 """
 
 
-def print_kernel(program: Program, method: ButcherTable, layout: Layout, dense: bool = False) -> str:
+def print_kernel(
+    program: Program, method: ButcherTable, layout: Layout, dense: bool = False, orthonormal: bool = True
+) -> str:
     """Return the source of `advance(lanes, first, last, n_blocks, block)`.
 
     It advances the groups first .. last - 1 by `n_blocks` blocks of `block` steps, orthonormalises the frame after
@@ -80,6 +82,9 @@ def print_kernel(program: Program, method: ButcherTable, layout: Layout, dense: 
     With `dense` it is `record(lanes, first, last, n_blocks, block, buffer)`, which also writes the states before
     the first step and after each into `buffer`, (groups, 1 + steps, D, W) in one dimension. The states are copied by
     a loop of its own behind the step, so the step and its bits are the same.
+
+    Without `orthonormal` the tangent vectors are left as they are, so that they end as the derivative of the last
+    state by the first, applied to what they began as.
 
     The loops over lanes are innermost and their bodies have no branch or call, because only that form is vectorised.
     Everything lies in one array: with two of them LLVM adds a second, scalar loop for the case that they overlap.
@@ -103,7 +108,7 @@ def print_kernel(program: Program, method: ButcherTable, layout: Layout, dense: 
         *("                " + line for line in step),
         *(_print_copy("at + 1", layout, 16) if dense else []),
     ]
-    if layout.vectors:
+    if layout.vectors and orthonormal:
         lines += ["            " + line for line in _print_gram_schmidt(layout)]
     return "\n".join(lines) + "\n"
 

@@ -93,6 +93,20 @@ class Program:
         needed = self.needed(self.rhs, self.coefficients)
         return tuple(dict.fromkeys((a.arguments[0], a.arguments[1]) for a in needed if a.operation in SELECTS))
 
+    @property
+    def has_constant_divergence(self) -> bool:
+        """Whether the trace of the Jacobian does not depend on the state."""
+        diagonal = {row[i] for i, row in enumerate(self.jacobian)}
+        return {entry for entry in diagonal if isinstance(entry, str)} <= {*self.coefficients}
+
+    def constant_divergence(self, coefficients: np.ndarray) -> np.ndarray | None:
+        """Return the divergence of n cells, (n,), from their coefficients (C, n); None if it depends on the state."""
+        if not self.has_constant_divergence:
+            return None
+        known = dict(zip(self.coefficients, coefficients, strict=True))
+        values = self.evaluate([row[i] for i, row in enumerate(self.jacobian)], known)
+        return np.asarray(sum(np.broadcast_to(value, coefficients.shape[1:]) for value in values))
+
     def evaluate(
         self,
         outputs: Sequence[Ref],
@@ -117,14 +131,14 @@ class Program:
         """What evaluations so far have needed, because finding it takes longer than a few operations on arrays."""
         return {}
 
-    def coefficient_values(self, parameters: Sequence[np.ndarray], scale: float = 1.0) -> np.ndarray:
+    def coefficient_values(self, parameters: Sequence[np.ndarray], scale: float | np.ndarray = 1.0) -> np.ndarray:
         """Return the coefficients of n cells.
 
         Parameters
         ----------
         parameters : sequence of (n,) arrays
             In the model's order and units.
-        scale : float
+        scale : float or (n,) float64
             The unit of time h [time unit of the model].
 
         Returns
@@ -134,7 +148,7 @@ class Program:
         n = np.shape(parameters[0])[0] if parameters else 1
         given = dict(zip(self.parameters, parameters, strict=True))
         values = self.evaluate(self.coefficients, {**given, TIME_SCALE: scale})
-        return np.array([np.broadcast_to(value, (n,)) for value in values], dtype=np.float64).reshape(-1, n)
+        return np.array([np.broadcast_to(value, (n,)) for value in values], dtype=np.float64).reshape(len(values), n)
 
     def names(self, u: Iterable[Any], coefficients: Iterable[Any]) -> dict[str, Any]:
         """Return the environment in which state and coefficients have these values."""

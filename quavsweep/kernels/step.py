@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 from quavsweep.kernels.layout import Layout
@@ -47,13 +48,20 @@ class Lines:
         return [f"for i in range({self._lanes}):", *("    " + line for line in self.lines)]
 
 
-def choose_layout(program: Program, method: ButcherTable, vectors: int, lanes: int, trace: bool = False) -> Layout:
-    """Return the layout of the faster form of a step, see `print_step`."""
-    joint = Layout(program.dimension, vectors, len(program.coefficients), lanes, trace)
+def choose_layout(
+    program: Program, method: ButcherTable, vectors: int, lanes: int, last_from_trace: bool = False, trace: bool = False
+) -> Layout:
+    """Return the layout of the faster form of a step, see `print_step`.
+
+    The integral of the trace is followed where an exponent is made of it, and as a check of all of them where the
+    divergence depends on the state; `trace` asks for it in any case.
+    """
+    trace = trace or last_from_trace or (vectors == program.dimension and not program.has_constant_divergence)
+    coefficients = len(program.coefficients)
+    joint = Layout(program.dimension, vectors, coefficients, lanes, trace, last_from_trace=last_from_trace)
     if not vectors or method.stages * joint.stretch_row <= LARGEST_JOINT:
         return joint
-    scratch = method.stages * len(_varying(program))
-    return Layout(program.dimension, vectors, len(program.coefficients), lanes, trace, scratch)
+    return replace(joint, scratch=method.stages * len(_varying(program)))
 
 
 def print_step(program: Program, method: ButcherTable, layout: Layout) -> list[str]:

@@ -38,9 +38,7 @@ class Lyapunov(Measure):
             Variable("frame", ("vector", "state"), "float64", "1", "orthonormal tangent vectors at the end"),
             Variable("growth", ("batch", "exponent"), "float32", "1", "ln of the stretching in each batch"),
             Variable("growth_total", ("segment", "exponent"), "float64", "1", "ln of the stretching from t = 0"),
-            Variable(
-                "divergence", ("segment",), "float64", "1", "integral of the divergence from t = 0; NaN if unknown"
-            ),
+            Variable("divergence", ("segment",), "float64", "1", "integral of the divergence from t = 0"),
         )
 
     @property

@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from quavsweep.errors import ModelError
 
 # Names that the result's own variables and dimensions carry.
@@ -18,7 +20,10 @@ RESERVED = frozenset(
         *("lyapunov", "lyapunov_raw", "lyapunov_se", "lyapunov_chaotic", "lyapunov_chaotic_se", "was_chaotic"),
         *("settle_time", "time_used", "final_state", "equilibrium", "eigenvalue", "eigenvalue_re", "eigenvalue_im"),
         *("cycle_hits", "attractor", "sum_error", "zero_error", "orbit", "sample", "samples", "sample_time"),
-        *("sample_count", "peak", "peak_of", "peak_time", "first_time"),
+        *("sample_count", "peak", "peak_of", "peak_time", "first_time", "last_time"),
+        *("attractor_number", "attractor_kind", "attractor_point", "attractor_exponents", "attractor_share"),
+        *("attractor_share_se", "kind", "starts", "basin_share", "basin_share_se", "lifetime", "lifetime_se"),
+        *("lifetime_after", "lifetime_p", "lifetime_at_least", "chaotic_share", "chaotic_share_se"),
         *("growth_departure", "birkhoff_digits", "chaotic_until", "cycle_symmetry", "cycle_point"),
         *("multiplier_re", "multiplier_im"),
     ]
@@ -190,6 +195,27 @@ class Model:
     def defaults(self) -> dict[str, float]:
         """The parameters' default values by name."""
         return {parameter.name: parameter.default for parameter in self.parameters}
+
+    @property
+    def circles(self) -> tuple[tuple[int, float], ...]:
+        """Index and length of a turn of the states that are angles."""
+        return tuple((i, state.circle) for i, state in enumerate(self.states) if state.circle)
+
+    def wrap(self, u: np.ndarray) -> np.ndarray:
+        """Return states (n, D) with angles within their first turn."""
+        if not self.circles:
+            return u
+        u = u.copy()
+        for i, turn in self.circles:
+            u[:, i] = np.mod(u[:, i], turn)
+        return u
+
+    def bounded(self, u: np.ndarray) -> np.ndarray:
+        """Return which states (n, D) are numbers within the bound, (n,) bool; angles have none."""
+        size = np.abs(u)
+        for i, _ in self.circles:
+            size[:, i] = np.where(np.isfinite(size[:, i]), 0.0, size[:, i])
+        return np.asarray((self.bound >= size.T).all(axis=0))
 
     def quantity(self, name: str) -> State | Parameter:
         """Return the state or parameter of that name.

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from quavsweep.config import Sweep, load_sweep
 from quavsweep.errors import ConfigError, IdentityError
-from quavsweep.provenance import Identity, changed_keys, evidence_parts, toolchain
+from quavsweep.provenance import Identity, changed_keys, evidence_parts, flatten, toolchain
 from quavsweep.store.folder import RunFolder
 
 
-def check_folder(folder: RunFolder, sweep: Sweep, identity: Identity, accept_toolchain: bool = False) -> None:
+def check_folder(
+    folder: RunFolder, sweep: Sweep, identity: Identity, accept_toolchain: bool = False, longer: bool = False
+) -> None:
     """Refuse a folder that holds the evidence of another sweep, engine, model or toolchain.
 
-    With `accept_toolchain` evidence of another toolchain may stay beside that of this one.
+    With `accept_toolchain` evidence of another toolchain may stay beside that of this one; with `longer` the folder
+    may hold a shorter run of the same sweep.
 
     Raises
     ------
@@ -21,12 +24,12 @@ def check_folder(folder: RunFolder, sweep: Sweep, identity: Identity, accept_too
     present = folder.identities()
     if not present and not folder.result.exists():
         return
-    if not present or (identity.evidence, identity.toolchain, identity.stage) in present:
+    if not present or (identity.evidence, identity.toolchain) in present:
         if folder.config.exists():
-            _check_config(folder, sweep)
+            _check_config(folder, sweep, longer)
         return
-    _check_config(folder, sweep)
-    if accept_toolchain and any(evidence == identity.evidence for evidence, _, _ in present):
+    _check_config(folder, sweep, longer)
+    if accept_toolchain and any(evidence == identity.evidence for evidence, _ in present):
         return
     known = folder.read_record()
     differences = changed_keys(known.get("evidence", {}), evidence_parts(sweep))
@@ -50,7 +53,7 @@ def _listed(differences: list[str]) -> str:
     return "; ".join([*differences[:6], *more]) or "the difference is not known"
 
 
-def _check_config(folder: RunFolder, sweep: Sweep) -> None:
+def _check_config(folder: RunFolder, sweep: Sweep, longer: bool) -> None:
     """Refuse a folder whose config differs in what changes a number."""
     try:
         stored = load_sweep(folder.config).settings()
@@ -60,10 +63,12 @@ def _check_config(folder: RunFolder, sweep: Sweep) -> None:
         raise IdentityError(
             f"its config cannot be read ({error})", str(folder.path), "delete it to have it rebuilt"
         ) from error
-    differences = changed_keys(
-        {k: v for k, v in stored.items() if k != "classify"},
-        {k: v for k, v in sweep.settings().items() if k != "classify"},
-    )
+    free = ("classify", "effort", *(["integrate.duration"] if longer else []))
+    kept = [
+        {k: v for k, v in flatten(settings).items() if not k.startswith(free)}
+        for settings in (stored, sweep.settings())
+    ]
+    differences = changed_keys(*kept)
     if differences:
         raise IdentityError(
             "holds a different sweep", str(folder.path), f"{_listed(differences)}; choose another --out"

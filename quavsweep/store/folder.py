@@ -79,22 +79,22 @@ class RunFolder:
         if not self.config.is_file():
             raise ConfigError("is not the folder of a run", str(self.path), "it has no config.yaml")
 
-    def shards(self, evidence_id: str, toolchain_id: str, stage: str) -> Path:
-        """Return the folder of the shards of one identity and stage."""
-        return self.path / "shards" / evidence_id / toolchain_id / stage
+    def shards(self, evidence_id: str, toolchain_id: str) -> Path:
+        """Return the folder of the shards of one identity; those of a stage lie in a folder of their own in it."""
+        return self.path / "shards" / evidence_id / toolchain_id
 
-    def identities(self) -> list[tuple[str, str, str]]:
-        """Return the identities and stages of which shards are present."""
-        found = sorted(path for path in self.path.glob("shards/*/*/*") if any(path.glob("tile-*.h5")))
-        return [(path.parts[-3], path.parts[-2], path.parts[-1]) for path in found]
+    def identities(self) -> list[tuple[str, str]]:
+        """Return the identities of which shards are present."""
+        found = (path for path in self.path.glob("shards/*/*/*") if any(path.glob("tile-*.h5")))
+        return sorted({(path.parts[-3], path.parts[-2]) for path in found})
 
     def present_identity(self, identity: Identity) -> Identity:
         """Return the identity whose shards a reader finds: this one, or else that of the engine that made them."""
         present = self.identities()
-        if not present or (identity.evidence, identity.toolchain, identity.stage) in present:
+        if not present or (identity.evidence, identity.toolchain) in present:
             return identity
-        evidence, toolchain, stage = max(present, key=lambda ids: len(list(self.shards(*ids).glob("tile-*.h5"))))
-        return replace(identity, evidence=evidence, toolchain=toolchain, stage=stage)
+        evidence, toolchain = max(present, key=lambda ids: len(list(self.shards(*ids).glob("*/tile-*.h5"))))
+        return replace(identity, evidence=evidence, toolchain=toolchain)
 
     @property
     def holder(self) -> str:

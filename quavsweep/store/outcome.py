@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,17 +15,34 @@ import numpy as np
 from quavsweep.classify import classify, result_variables
 from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
-from quavsweep.measures import Variable
+from quavsweep.horizon import truncated
+from quavsweep.measures import Evidence, Variable
 from quavsweep.provenance import Identity
-from quavsweep.store.netcdf import Coordinate, block_cells, write_result
+from quavsweep.reduction import (
+    ATTRACTOR,
+    passed_variables,
+    point_dimensions,
+    point_variables,
+    read_variables,
+    reduce_points,
+)
+from quavsweep.store.netcdf import Coordinate, Reduction, block_cells, write_result
+from quavsweep.store.passes import blocks
 from quavsweep.store.publish import TEMPORARY
 from quavsweep.store.sealed_file import read_result
 from quavsweep.store.shard_set import Block, ShardSet
 from quavsweep.store.stored import Stored
 
 
-def write_outcome(path: Path, shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool]) -> None:
-    """Classify all evidence and publish the result file.
+def write_outcome(
+    path: Path, shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool], horizon: int | None = None
+) -> int:
+    """Classify all evidence and publish the result file; return how many undecided cells wait for more effort.
+
+    Parameters
+    ----------
+    horizon : int, optional
+        Classify as a run of so many steps would have, without what is stored of the end alone.
 
     Raises
     ------
@@ -35,20 +54,53 @@ def write_outcome(path: Path, shards: ShardSet, failed: Mapping[int, str], stopp
         If `stopped()` became true, asked before each block.
     """
     sweep = shards.sweep
-    variables = {v: _attributes(sweep, v) for v in result_variables(sweep)}
+    if horizon is not None:
+        sweep = sweep.until(horizon)
+        shards = replace(shards, sweep=shards.sweep.without_effort())
+    variables = {v: _attributes(sweep, v) for v in _cell_variables(sweep, horizon)}
+    waiting: dict[int, int] = {}
     write_result(
         path,
         sweep.grid,
         _coordinates(sweep),
         variables,
-        _classified(shards, failed, stopped),
+        _classified(shards, failed, stopped, waiting, horizon),
         _file(sweep, shards.identity),
         block_cells(sweep.cell_bytes),
+        _reduction(sweep),
+    )
+    return sum(waiting.values())
+
+
+def _cell_variables(sweep: Sweep, horizon: int | None) -> tuple[Variable, ...]:
+    """Return what is written of each cell: what the classification gives, and what is passed on from the evidence.
+
+    At a horizon it is only what does not need the state there.
+    """
+    labels = result_variables(sweep)
+    known = {variable.name for variable in labels}
+    every = (*labels, *(variable for variable in passed_variables(sweep) if variable.name not in known))
+    if horizon is None:
+        return every
+    unknown = {"final_state", *(variable.name for variable in sweep.measures.outputs)}
+    return tuple(variable for variable in every if variable.name not in unknown)
+
+
+def _reduction(sweep: Sweep) -> Reduction | None:
+    """Return what is made of all starts of a parameter point, where there are several."""
+    if not sweep.start_axes:
+        return None
+    return Reduction(
+        sweep.points,
+        {v: _attributes(sweep, v, of_points=True) for v in point_variables(sweep)},
+        {ATTRACTOR: _attributes(sweep, ATTRACTOR)},
+        read_variables(sweep),
+        partial(reduce_points, sweep),
     )
 
 
-def outcome_so_far(shards: ShardSet) -> Stored:
-    """Return what the result file would hold if the missing tiles stayed missing.
+def outcome_so_far(shards: ShardSet, horizon: int | None = None) -> Stored:
+    """Return what the result file would hold if the missing tiles stayed missing, or if the run had been shorter.
 
     It lies in a temporary file whose name is gone already, because it may be too large for the memory.
 
@@ -61,17 +113,32 @@ def outcome_so_far(shards: ShardSet) -> Stored:
     """
     with tempfile.TemporaryDirectory(prefix=TEMPORARY) as folder:
         path = Path(folder) / "result.h5"
-        write_outcome(path, shards, {}, lambda: False)
+        write_outcome(path, shards, {}, lambda: False, horizon)
         return read_result(path)
 
 
 def _classified(
-    shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool]
+    shards: ShardSet,
+    failed: Mapping[int, str],
+    stopped: Callable[[], bool],
+    waiting: dict[int, int],
+    horizon: int | None,
 ) -> Iterator[tuple[Block, Mapping[str, np.ndarray]]]:
-    for block, evidence in shards.blocks(block_cells(shards.sweep.cell_bytes), failed):
+    sweep = shards.sweep
+    for block, parts in blocks(shards, block_cells(sweep.cell_bytes), failed, waiting):
         if stopped():
             raise StoppedError("stopped while the result was written", possible="the same command continues it")
-        yield block, classify(shards.sweep, evidence)
+        if horizon is None:
+            told = [_told(sweep, evidence) for evidence in parts]
+        else:
+            told = [_told(sweep.until(horizon), truncated(sweep, evidence, horizon)) for evidence in parts]
+        yield block, {name: np.concatenate([values[name] for values in told]) for name in told[0]}
+
+
+def _told(sweep: Sweep, evidence: Evidence) -> dict[str, np.ndarray]:
+    """Return what is known of the cells of some evidence."""
+    passed = {variable.name: evidence[variable.name] for variable in passed_variables(sweep)}
+    return {**passed, **classify(sweep, evidence)}
 
 
 def _coordinates(sweep: Sweep) -> list[Coordinate]:
@@ -79,15 +146,14 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
     model = sweep.model
     coordinates = []
     for axis in sweep.grid.axes:
-        quantity = model.quantity(axis.name)
-        attributes = {
-            "long_name": quantity.meaning or axis.name,
-            "units": _cf(quantity.unit),
-            "symbol": quantity.symbol,
-        }
-        coordinates.append(Coordinate(axis.name, np.array(axis.values), attributes))
-    used = {dim for variable in result_variables(sweep) for dim in variable.dims}
-    for dimension in sweep.dimensions.values():
+        if axis.along:
+            coordinates.append(Coordinate(axis.name, np.array(axis.values, dtype=np.int32), {"long_name": "start"}))
+        for name, values in axis.quantities.items():
+            quantity = model.quantity(name)
+            attributes = {"long_name": quantity.meaning or name, "units": _cf(quantity.unit), "symbol": quantity.symbol}
+            coordinates.append(Coordinate(name, np.array(values), attributes, axis.name))
+    used = {dim for variable in (*_cell_variables(sweep, None), *point_variables(sweep)) for dim in variable.dims}
+    for dimension in (*sweep.dimensions.values(), *point_dimensions()):
         if dimension.name in used:
             attributes = {"long_name": dimension.meaning}
             attributes |= {"units": _cf(dimension.unit)} if dimension.unit else {}
@@ -96,10 +162,11 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
     return coordinates
 
 
-def _attributes(sweep: Sweep, variable: Variable) -> dict[str, Any]:
+def _attributes(sweep: Sweep, variable: Variable, of_points: bool = False) -> dict[str, Any]:
     """Return the CF attributes of a variable: meaning, units, and the codes' numbers and names."""
-    unit = sweep.unit(variable)
+    unit, along = sweep.unit(variable), [name for axis in sweep.grid.axes for name, _ in axis.along]
     attributes: dict[str, Any] = {"long_name": variable.meaning} | ({"units": _cf(unit)} if unit else {})
+    attributes |= {"coordinates": " ".join(along)} if along and not of_points else {}
     if variable.codes:
         attributes["flag_values"] = np.array([code.number for code in variable.codes], dtype=variable.dtype)
         attributes["flag_meanings"] = " ".join(code.name for code in variable.codes)

@@ -1,4 +1,9 @@
-"""Shards: one file per tile, named by tile, size and SHA-256, holding evidence and a checkpoint, never a label."""
+"""Shards: one file per tile and stage, named by its size and SHA-256, holding evidence and a checkpoint, no label.
+
+A stage leads from one step to another. Its shards hold all evidence from t = 0 on, so the last one is all that a
+reader needs; that of the stage before is where the next begins. A stage that only some cells of a tile go through
+carries a digest of their list in its shard's name.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +23,8 @@ from quavsweep.measures import Variable
 from quavsweep.provenance import Identity
 from quavsweep.store.publish import publish_hdf5
 
-_NAME = re.compile(r"tile-(\d{7,})\.(\d+)\.(\d+)\.([0-9a-f]{64})\.h5")
+_NAME = re.compile(r"tile-(\d{7,})\.(\d+)(?:\.cells-([0-9a-f]{16}))?\.(\d+)\.([0-9a-f]{64})\.h5")
+_STAGE = re.compile(r"(\d{1,16})-(\d{1,16})")
 
 
 @dataclass(frozen=True)
@@ -36,6 +42,8 @@ class Shard:
         Bytes.
     sha256 : str
         Of its content.
+    listed : str
+        Digest of the list of cells, empty where all cells of the tile are in it.
     """
 
     path: Path
@@ -43,6 +51,23 @@ class Shard:
     tile_cells: int
     size: int
     sha256: str
+    listed: str = ""
+
+    @property
+    def end(self) -> int:
+        """The step to which its stage leads."""
+        return stage_end(self.path.parent.name)
+
+
+def stage_end(stage: str) -> int:
+    """Return the step to which a stage leads, -1 for what is the name of none."""
+    match = _STAGE.fullmatch(stage)
+    return int(match[2]) if match else -1
+
+
+def digest_of(cells: np.ndarray) -> str:
+    """Return a digest of a list of cells, for a shard's name."""
+    return hashlib.sha256(np.ascontiguousarray(cells, dtype="<i8").tobytes()).hexdigest()[:16]
 
 
 def write_shard(
@@ -52,13 +77,18 @@ def write_shard(
     variables: tuple[Variable, ...],
     evidence: dict[str, np.ndarray],
     identity: Identity,
+    listed: str = "",
 ) -> Shard:
     """Publish a tile's evidence and return its shard.
 
     Parameters
     ----------
+    folder : Path
+        Of the stage, whose name it bears.
     identity : Identity
         Of the evidence, written into the file.
+    listed : str
+        Digest of the list of cells, if they are not all of the tile's.
 
     Raises
     ------
@@ -67,10 +97,11 @@ def write_shard(
     """
 
     def name(sha256: str, size: int) -> Path:
-        return folder / f"tile-{tile.index:07d}.{tile_cells}.{size}.{sha256}.h5"
+        cells = f".cells-{listed}" if listed else ""
+        return folder / f"tile-{tile.index:07d}.{tile_cells}{cells}.{size}.{sha256}.h5"
 
     def write(file: h5py.File) -> None:
-        file.attrs["owner"] = identity.owner
+        file.attrs["owner"] = identity.owner(folder.name)
         file.attrs["subject"] = identity.subject
         file.attrs["tile"] = np.array([tile.index, tile.start, tile.stop], dtype=np.int64)
         for variable in variables:
@@ -81,26 +112,31 @@ def write_shard(
     return shard
 
 
-def scan_shards(folder: Path) -> dict[int, list[Shard]]:
-    """Return the shards of a folder by tile, trusting names and sizes; their content is verified when it is used."""
-    found: dict[int, list[Shard]] = {}
-    with contextlib.suppress(FileNotFoundError, NotADirectoryError):
-        for path in sorted(folder.iterdir()):
-            shard = _parse(path)
-            if shard is not None and path.is_file() and path.stat().st_size == shard.size:
-                found.setdefault(shard.tile, []).append(shard)
-    return found
+def scan_shards(folder: Path) -> list[Shard]:
+    """Return the shards of all stages, trusting names and sizes; their content is verified when it is used."""
+    return [shard for shard in _named(folder) if _fits(shard)]
 
 
 def misfits(folder: Path) -> list[Path]:
     """Return the files that have a shard's name but not its size."""
-    shards = (_parse(path) for path in sorted(folder.glob("tile-*.h5")))
-    return [s.path for s in shards if s is not None and not (s.path.is_file() and s.path.stat().st_size == s.size)]
+    return [shard.path for shard in _named(folder) if not _fits(shard)]
+
+
+def _named(folder: Path) -> list[Shard]:
+    """Return what has a shard's name in the folders of stages."""
+    shards = (_parse(path) for path in sorted(folder.glob("*/tile-*.h5")))
+    return [shard for shard in shards if shard is not None]
+
+
+def _fits(shard: Shard) -> bool:
+    with contextlib.suppress(OSError):
+        return shard.path.is_file() and shard.path.stat().st_size == shard.size
+    return False
 
 
 def _parse(path: Path) -> Shard | None:
     match = _NAME.fullmatch(path.name)
-    return Shard(path, int(match[1]), int(match[2]), int(match[3]), match[4]) if match else None
+    return Shard(path, int(match[1]), int(match[2]), int(match[4]), match[5], match[3] or "") if match else None
 
 
 def read_shard(
@@ -127,7 +163,11 @@ def read_shard(
         raise DamageError("its bytes are not those that were written", str(shard.path))
     with h5py.File(io.BytesIO(data), "r") as file:
         described = list(file.attrs.get("tile", ()))
-        if file.attrs.get("owner") != identity.owner or described != [tile.index, tile.start, tile.stop]:
+        if file.attrs.get("owner") != identity.owner(shard.path.parent.name) or described != [
+            tile.index,
+            tile.start,
+            tile.stop,
+        ]:
             raise DamageError("belongs to another tile or sweep", str(shard.path))
         names = {variable.name for variable in variables}
         if file.attrs.get("subject") != identity.subject or names != set(file):
@@ -137,9 +177,12 @@ def read_shard(
                 "delete config.yaml and run the sweep's own config, which writes it anew",
             )
         evidence = {variable.name: file[variable.name][()] for variable in variables}
+    n = len(evidence["cell"]) if shard.listed else len(tile)
+    if shard.listed and digest_of(evidence["cell"]) != shard.listed:
+        raise DamageError("holds other cells than its name tells", str(shard.path))
     for variable in variables:
         values = evidence[variable.name]
-        if values.shape != variable.shape(len(tile), extents) or values.dtype != variable.dtype:
+        if values.shape != variable.shape(n, extents) or values.dtype != variable.dtype:
             raise DamageError(f"{variable.name} has another shape or type", str(shard.path))
     return evidence
 

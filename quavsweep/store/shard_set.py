@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from quavsweep.grid import Tile
 from quavsweep.measures import Evidence
 from quavsweep.provenance import Identity
 from quavsweep.store.folder import RunFolder
-from quavsweep.store.shard import Shard, misfits, read_shard, scan_shards, set_aside
+from quavsweep.store.shard import Shard, digest_of, misfits, read_shard, scan_shards, set_aside, write_shard
 
 Block = tuple[slice, ...]
 UNKNOWN = 8192  # cells per tile for readers of a folder without shards
@@ -29,13 +29,17 @@ class ShardSet:
     Parameters
     ----------
     folder : Path
-        Where they lie.
+        Where their stages lie.
     sweep : Sweep
     identity : Identity
     tile_cells : int
         Cells per tile, that of the shards if there are any.
     shards : dict
-        By number of the tile.
+        Of all cells of a tile at the end of the sweep, by number of the tile.
+    begun : dict
+        Of all cells of a tile at the last of the earlier ends, by number of the tile.
+    passes : dict
+        Of cells that went on beyond the end of the sweep, by number of the tile, end, and digest of their list.
     """
 
     folder: Path
@@ -43,16 +47,27 @@ class ShardSet:
     identity: Identity
     tile_cells: int
     shards: dict[int, Shard] = field(default_factory=dict)
+    begun: dict[int, Shard] = field(default_factory=dict)
+    passes: dict[tuple[int, int, str], Shard] = field(default_factory=dict)
 
     @classmethod
     def scan(cls, run: RunFolder, sweep: Sweep, identity: Identity, tile_cells: int = UNKNOWN) -> ShardSet:
         """Return the shards that a run's folder holds of a sweep; with none, tiles will have `tile_cells` cells."""
-        folder = run.shards(identity.evidence, identity.toolchain, identity.stage)
-        found = [shard for same in scan_shards(folder).values() for shard in same]
+        folder = run.shards(identity.evidence, identity.toolchain)
+        found = [shard for shard in scan_shards(folder) if shard.end >= 0]
         layouts = Counter(shard.tile_cells for shard in found)
         if layouts:
             tile_cells = max(layouts, key=lambda cells: (layouts[cells] * cells, cells))
-        return cls(folder, sweep, identity, tile_cells, {s.tile: s for s in found if s.tile_cells == tile_cells})
+        shards = cls(folder, sweep, identity, tile_cells)
+        for shard in sorted(found, key=lambda shard: shard.end):
+            if shard.tile_cells == tile_cells:
+                shards.add(shard)
+        return shards
+
+    @property
+    def end(self) -> int:
+        """The step at which the sweep ends."""
+        return self.sweep.clock.steps
 
     @property
     def tiles(self) -> int:
@@ -74,63 +89,94 @@ class ShardSet:
         return [self.tile(index) for index in range(self.tiles) if index not in self.shards]
 
     def add(self, shard: Shard) -> None:
-        """Take a newly published shard in."""
-        self.shards[shard.tile] = shard
+        """Take a shard in; of the earlier stages of a tile the last one added counts."""
+        if shard.listed:
+            self.passes[(shard.tile, shard.end, shard.listed)] = shard
+        elif shard.end == self.end:
+            self.shards[shard.tile] = shard
+        elif shard.end < self.end:
+            self.begun[shard.tile] = shard
+
+    def write(self, tile: Tile, evidence: Evidence, begin: int, end: int) -> Shard:
+        """Publish the evidence of a tile, or of some of its cells, that a stage led from one step to another.
+
+        Raises
+        ------
+        DiskError
+            If it cannot be written.
+        """
+        cells, variables = evidence["cell"], self.sweep.measures.evidence
+        listed = "" if end == self.end else digest_of(cells)
+        folder = self.folder / f"{begin}-{end}"
+        return write_shard(folder, tile, self.tile_cells, variables, evidence, self.identity, listed)
+
+    def begin(self, index: int) -> tuple[int, Evidence | None]:
+        """Return the step from which a tile can go on, and its evidence there; 0 and None if it begins anew."""
+        shard = self.begun.get(index)
+        if shard is None:
+            return 0, None
+        try:
+            return shard.end, self._read(shard)
+        except DamageError:
+            set_aside(self.begun.pop(index))
+            return 0, None
 
     def read(self, index: int, failed: Mapping[int, str]) -> Evidence:
-        """Return a tile's evidence; a tile without shard has the status not_computed or failed.
+        """Return a tile's evidence at the end of the sweep; without shard its status is not_computed or failed.
 
         Raises
         ------
         DamageError
             If the shard's content is not what was published.
         """
-        tile, variables = self.tile(index), self.sweep.measures.evidence
         if index in self.shards:
-            return read_shard(self.shards[index], tile, variables, self.sweep.extents, self.identity)
+            return self._read(self.shards[index])
+        tile, variables = self.tile(index), self.sweep.measures.evidence
         evidence = {v.name: v.empty(len(tile), self.sweep.extents) for v in variables}
         evidence["cell"][:] = np.arange(tile.start, tile.stop)
         evidence["status"][:] = Status.FAILED if index in failed else Status.NOT_COMPUTED
         return evidence
 
-    def discard_damaged(self) -> list[int]:
-        """Verify every shard, set the damaged ones aside, and return the numbers of their tiles."""
-        damaged = sorted(self.damage())
-        for index in damaged:
-            set_aside(self.shards.pop(index))
-        return damaged
-
-    def damage(self) -> dict[int, str]:
-        """Verify every shard; return what is wrong with the damaged ones, by the numbers of their tiles."""
-        found = {}
-        for index in sorted(self.shards):
-            try:
-                self.read(index, {})
-            except DamageError as error:
-                found[index] = str(error)
-        return found
-
-    def truncated(self) -> list[str]:
-        """Return a sentence for each file that has a shard's name but not its size; a scan passes it over."""
-        return [f"{path}: has not the size that its name tells" for path in misfits(self.folder)]
-
-    def blocks(self, cells: int, failed: Mapping[int, str]) -> Iterator[tuple[Block, Evidence]]:
-        """Yield the evidence of the grid's blocks, in order, reading each shard once.
+    def read_pass(self, index: int, end: int, cells: np.ndarray) -> Evidence | None:
+        """Return the evidence of some cells of a tile that went on to a later end, None if they have not.
 
         Raises
         ------
         DamageError
-            See `read`.
+            If the shard's content is not what was published.
         """
-        held: dict[int, Evidence] = {}
-        for block in self.sweep.grid.blocks(cells):
-            start, stop = self.sweep.grid.span(block)
-            needed = range(start // self.tile_cells, (stop - 1) // self.tile_cells + 1)
-            held = {i: held[i] if i in held else self.read(i, failed) for i in needed}
-            parts = []
-            for index, evidence in held.items():
-                offset = index * self.tile_cells
-                inside = slice(max(start - offset, 0), stop - offset)
-                parts.append({name: values[inside] for name, values in evidence.items()})
-            whole = len(parts) == 1
-            yield block, parts[0] if whole else {n: np.concatenate([part[n] for part in parts]) for n in parts[0]}
+        shard = self.passes.get((index, end, digest_of(cells)))
+        return None if shard is None else self._read(shard)
+
+    def _read(self, shard: Shard) -> Evidence:
+        sweep = self.sweep.until(shard.end)
+        return read_shard(shard, self.tile(shard.tile), sweep.measures.evidence, sweep.extents, self.identity)
+
+    def __iter__(self) -> Iterator[Shard]:
+        """Yield every shard."""
+        yield from (*self.shards.values(), *self.begun.values(), *self.passes.values())
+
+    def discard_damaged(self) -> list[int]:
+        """Verify every shard, set the damaged ones aside, and return the numbers of their tiles."""
+        damaged = {shard for shard, _ in self._damaged()}
+        for shard in damaged:
+            set_aside(shard)
+        self.shards = {key: shard for key, shard in self.shards.items() if shard not in damaged}
+        self.begun = {key: shard for key, shard in self.begun.items() if shard not in damaged}
+        self.passes = {key: shard for key, shard in self.passes.items() if shard not in damaged}
+        return sorted({shard.tile for shard in damaged})
+
+    def damage(self) -> dict[int, str]:
+        """Verify every shard; return what is wrong with the damaged ones, by the numbers of their tiles."""
+        return {shard.tile: what for shard, what in self._damaged()}
+
+    def _damaged(self) -> Iterable[tuple[Shard, str]]:
+        for shard in sorted(self, key=lambda shard: (shard.tile, shard.end)):
+            try:
+                self._read(shard)
+            except DamageError as error:
+                yield shard, str(error)
+
+    def truncated(self) -> list[str]:
+        """Return a sentence for each file that has a shard's name but not its size; a scan passes it over."""
+        return [f"{path}: has not the size that its name tells" for path in misfits(self.folder)]

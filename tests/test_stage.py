@@ -1,0 +1,124 @@
+"""Runs that go on: from checkpoints to a later end, and by passes where cells are undecided, to the same bytes."""
+
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from quavsweep.codes import Region
+from quavsweep.config import parse_sweep
+from quavsweep.errors import ConfigError, IdentityError, StoppedError
+from quavsweep.grid import Tile
+from quavsweep.integrate import continue_cells, integrate_tile
+from quavsweep.plan import make_plan
+from quavsweep.result import open_result
+from quavsweep.store import RunFolder
+from quavsweep.sweep import extend_sweep, reclassify, run_sweep
+
+YAW = """
+name: stage
+model: quadrotor_yaw
+initial: {p: 0.001, q: 0.001, r: 0.001}
+axes:
+  Omega1: {start: 100, stop: 260, num: 9}
+  c: {start: 3, stop: 7, num: 5}
+integrate: {dt: 0.02, transient: 200, duration: 600}
+measures:
+  lyapunov: {exponents: 3, block: 25, batch: 12.5}
+  samples: {maxima: p, max: 30}
+"""
+EFFORT = "\neffort: {max_duration: 2400}\n"
+
+
+def _longer(text: str, duration: int) -> str:
+    return text.replace("duration: 600", f"duration: {duration}")
+
+
+@pytest.mark.parametrize("measures", ["lyapunov: {block: 25, batch: 12.5}", "verdict: {batches: 8}"])
+def test_cells_that_go_on_have_the_bits_of_one_run(measures: str) -> None:
+    text = (
+        YAW.partition("measures:")[0] + "  segment: 50\n".replace("  segment: 50\n", "") + f"measures: {{{measures}}}"
+    )
+    text = text.replace("duration: 600}", "duration: 600, segment: 50}")
+    longer = make_plan(parse_sweep(_longer(text, 1000)), 16)
+    tile = Tile(0, 0, 45)
+    begun = integrate_tile(make_plan(parse_sweep(text), 16), tile, lambda: False)
+    whole = integrate_tile(longer, tile, lambda: False)
+    for name, values in continue_cells(longer, begun, lambda: False).items():
+        np.testing.assert_array_equal(values, whole[name], err_msg=name)
+
+
+def test_an_extended_run_equals_a_longer_one_to_the_byte(tmp_path: Path) -> None:
+    run_sweep(parse_sweep(YAW), tmp_path / "short", tile_cells=32)
+    extended = extend_sweep(tmp_path / "short", 1400)
+    whole = run_sweep(parse_sweep(_longer(YAW, 1400)), tmp_path / "long", tile_cells=20)
+    assert extended.read_bytes() == whole.read_bytes()
+    assert (tmp_path / "short" / "config.yaml").read_bytes() == (tmp_path / "long" / "config.yaml").read_bytes()
+
+
+def test_a_stopped_extension_goes_on(tmp_path: Path) -> None:
+    run_sweep(parse_sweep(YAW), tmp_path / "short", tile_cells=16)
+    stop = threading.Event()
+    with pytest.raises(StoppedError):
+        extend_sweep(
+            tmp_path / "short", 1400, workers=1, stop=stop, observe=lambda p: stop.set() if p.cells_run else None
+        )
+    for shard in list((tmp_path / "short").glob("shards/*/*/0-*/tile-0000001*")):
+        shard.write_bytes(shard.read_bytes()[:-1] + b"x")  # its tile begins anew
+    extended = extend_sweep(tmp_path / "short", 1400)
+    whole = run_sweep(parse_sweep(_longer(YAW, 1400)), tmp_path / "long")
+    assert extended.read_bytes() == whole.read_bytes()
+
+
+def test_a_run_cannot_be_shortened_and_its_old_config_is_refused(tmp_path: Path) -> None:
+    run_sweep(parse_sweep(YAW), tmp_path)
+    with pytest.raises(ConfigError, match="at least 600; plot --horizon"):
+        extend_sweep(tmp_path, 500)
+    extend_sweep(tmp_path, 700)
+    with pytest.raises(IdentityError, match=r"integrate\.duration"):
+        run_sweep(parse_sweep(YAW), tmp_path)
+
+
+def test_undecided_cells_go_on_and_the_others_stay(tmp_path: Path) -> None:
+    plain = open_result(run_sweep(parse_sweep(YAW), tmp_path / "plain"))
+    effort = open_result(run_sweep(parse_sweep(YAW + EFFORT), tmp_path / "effort", tile_cells=16))
+    open_cells = plain["region"] == Region.UNDECIDED
+    assert open_cells.any()
+    for name in ("region", "lyapunov", "final_state", "time_used"):
+        np.testing.assert_array_equal(effort[name][~open_cells], plain[name][~open_cells])
+    assert (effort["time_used"][open_cells] > 800).all()
+    assert (effort["region"] == Region.UNDECIDED).sum() < open_cells.sum()
+    end = parse_sweep(_longer(YAW, 2400))
+    longest = open_result(run_sweep(end, tmp_path / "longest"))
+    still = effort["time_used"] == longest["time_used"].max()
+    np.testing.assert_array_equal(effort["final_state"][still], longest["final_state"][still])
+
+
+def test_effort_gives_the_same_bytes_for_any_history(tmp_path: Path) -> None:
+    sweep = parse_sweep(YAW + EFFORT)
+    first = run_sweep(sweep, tmp_path / "a", tile_cells=16)
+    second = run_sweep(sweep, tmp_path / "b", tile_cells=45, workers=1, lanes=32)
+    assert first.read_bytes() == second.read_bytes()
+    passes = sorted((tmp_path / "a").glob("shards/*/*/*/*.cells-*"))
+    assert passes
+    passes[0].unlink()
+    passes[-1].write_bytes(passes[-1].read_bytes()[:-1] + b"x")
+    assert run_sweep(sweep, tmp_path / "a").read_bytes() == second.read_bytes()
+
+
+def test_effort_added_later_goes_on_from_what_is_there(tmp_path: Path) -> None:
+    run_sweep(parse_sweep(YAW), tmp_path / "a")
+    present = set(RunFolder(tmp_path / "a").path.glob("shards/*/*/*/*"))
+    later = run_sweep(parse_sweep(YAW + EFFORT), tmp_path / "a")
+    assert present < set(RunFolder(tmp_path / "a").path.glob("shards/*/*/*/*"))
+    assert later.read_bytes() == run_sweep(parse_sweep(YAW + EFFORT), tmp_path / "b").read_bytes()
+
+
+def test_thresholds_that_make_other_cells_undecided_ask_for_a_run(tmp_path: Path) -> None:
+    sweep = parse_sweep(YAW + EFFORT)
+    run_sweep(sweep, tmp_path / "a")
+    with pytest.raises(StoppedError, match="have not gone on yet"):
+        reclassify(tmp_path / "a", ["classify.errors=30"])
+    changed = parse_sweep(YAW + EFFORT, changes=["classify.errors=30"])
+    assert run_sweep(changed, tmp_path / "a").read_bytes() == run_sweep(changed, tmp_path / "b").read_bytes()
