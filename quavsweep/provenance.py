@@ -37,6 +37,7 @@ HASHED_MODULES = (
     "quavsweep.analysis.cycle",
     "quavsweep.analysis.equilibrium",
     "quavsweep.analysis.event",
+    "quavsweep.analysis.floquet",
     "quavsweep.analysis.flow",
     "quavsweep.analysis.interval",
     "quavsweep.analysis.kink",
