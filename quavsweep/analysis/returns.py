@@ -76,8 +76,14 @@ def section_of(model: Model, program: Program) -> tuple[Event, str]:
     index = model.state_names.index(section.of) if section else 0
     if section is None or section.at is None:
         return slope(program, index), "down"
-    at = section.at
-    return (lambda u, coefficients: np.asarray(u[index] - at)), section.direction
+    at, circle = section.at, model.states[index].circle
+    rate = 2 * np.pi / circle if circle else 0.0
+
+    def event(u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        # An angle is at its value once a turn, and half a turn away it crosses zero against the direction.
+        return np.asarray(np.sin(rate * (u[index] - at)) / rate if rate else u[index] - at)
+
+    return event, section.direction
 
 
 def circles(model: Model) -> np.ndarray:
@@ -99,7 +105,7 @@ def size(difference: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
 def amplitudes(u: np.ndarray, circle: np.ndarray) -> np.ndarray:
     """Return how far states (steps, D, n) go, (n, D): an angle at most one turn, and nothing less than rounding."""
     span = (u.max(axis=0) - u.min(axis=0)).T
-    return np.maximum(np.minimum(span, circle), ROUNDING * (1.0 + np.abs(u[-1].T)))
+    return np.asarray(np.maximum(np.minimum(span, circle), ROUNDING * (1.0 + np.abs(u[-1].T))))
 
 
 def crossed(event: Event, direction: str, u: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

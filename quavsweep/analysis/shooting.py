@@ -7,9 +7,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from quavsweep.analysis.equilibrium import eigensystem, norm, solve, vector_field
+from quavsweep.analysis.equilibrium import norm, solve, vector_field
 from quavsweep.analysis.event import Event
 from quavsweep.analysis.flow import Flow
+from quavsweep.analysis.kink import tangent_across
 from quavsweep.analysis.returns import shortest, size
 from quavsweep.kernels.method import METHODS
 
@@ -19,11 +20,9 @@ ITERATIONS = 8
 COARSE, FINE = 1e-4, 1e-10  # size of Newton's last step against the amplitude, with long steps and with short ones
 FARTHEST = 0.3  # a step of Newton's method beyond this many amplitudes means that no cycle is near
 LOOSEST = 0.1  # change of the period against its first guess beyond which it is another cycle
-NEUTRAL = 1e-9  # wanted of the neutral exponent, 1/time
+NEUTRAL = 1e-10  # wanted of the neutral exponent, 1/time
 ACCEPTED = 1e-8  # of the neutral exponent, where no halving of the step brings it lower
-ACCEPTED_KINK = 0.02  # of the neutral multiplier, where the equations have kinks
-HALVINGS, HALVINGS_KINK = 3, 6
-LOST = 1e-11  # a multiplier below this share of the derivative's norm is rounding
+HALVINGS = 3
 
 
 @dataclass(frozen=True)
@@ -135,14 +134,13 @@ class Shooting:
         closed = self._newton(u, period, parameters, amplitude, steps, COARSE)
         open_ = np.flatnonzero(closed.found)
         closed.found[:] = False
-        kinks = bool(self.flow.program.switches)
-        for halving in range(1, (HALVINGS_KINK if kinks else HALVINGS) + 1):
+        for halving in range(1, HALVINGS + 1):
             if not open_.size:
                 break
             own, start = [p[open_] for p in parameters], closed.take(open_)
             finer = self._newton(start.point, start.period, own, amplitude[open_], steps[open_] * 2**halving, FINE)
             goal = np.minimum(NEUTRAL * finer.period, NEUTRAL)
-            accepted = ACCEPTED_KINK if kinks else np.minimum(ACCEPTED * finer.period, ACCEPTED)
+            accepted = np.minimum(ACCEPTED * finer.period, ACCEPTED)
             closed.put(open_, finer)
             closed.found[open_] &= finer.error <= accepted
             open_ = open_[finer.found & ~(finer.error <= goal)]
@@ -168,7 +166,7 @@ class Shooting:
                 break
             x, time, c = closed.point[open_], closed.period[open_], coefficients[:, open_]
             own = [p[open_] for p in parameters]
-            end, derivative, volume = self.flow.tangent(METHOD, x, own, time, steps[open_])
+            end, derivative, volume = self._run(x, own, time, steps[open_])
             gap = shortest(end - x, self.circle)
             if self.event is None:
                 velocity = np.zeros_like(x)
@@ -190,6 +188,13 @@ class Shooting:
             closed.found[open_[done]] = True
             open_ = open_[near & ~done]
         return closed
+
+    def _run(
+        self, u: np.ndarray, parameters: Sequence[np.ndarray], time: np.ndarray, steps: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        if self.flow.program.switches and self.event is not None:
+            return tangent_across(self.flow, METHOD, u, parameters, time, steps)
+        return self.flow.tangent(METHOD, u, parameters, time, steps)
 
     def _bordered(
         self,
@@ -217,24 +222,3 @@ def _table(derivative: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Return the equations (M - I) x = right as `solve` takes them, (D, D + 1, n)."""
     matrix = derivative - np.eye(derivative.shape[-1])
     return np.concatenate([matrix, right[:, :, None]], axis=2).transpose(1, 2, 0).copy()
-
-
-def floquet(closed: Closed) -> tuple[np.ndarray, np.ndarray]:
-    """Return Floquet multipliers, (n, D) complex128, largest size first, and exponents, (n, D), largest first.
-
-    A multiplier that is lost in the rounding of the derivative is taken from the growth of volume, which all of them
-    make together; if several are lost, their exponents are NaN. No exponent is set to zero.
-    """
-    values, _ = eigensystem(np.where(closed.found[:, None, None], closed.derivative, 0.0))
-    order = np.lexsort((-values.imag, -np.abs(values)), axis=-1)
-    values = np.take_along_axis(values, order, axis=-1)
-    with np.errstate(all="ignore"):
-        growth = np.log(np.abs(values))
-        lost = np.abs(values) <= LOST * np.abs(closed.derivative).max(axis=(1, 2))[:, None]
-        rest = closed.volume - np.where(lost, 0.0, growth).sum(axis=1)
-        growth = np.where(lost, np.where(lost.sum(axis=1) == 1, rest, np.nan)[:, None], growth)
-        sign = np.sign(np.where(lost, 1.0, values).prod(axis=1).real)  # a flow keeps the orientation
-        values = np.where(lost, sign[:, None] * np.exp(growth), values)
-        exponents = growth / closed.period[:, None]
-    values[~closed.found], exponents[~closed.found] = complex(np.nan, np.nan), np.nan
-    return values, exponents

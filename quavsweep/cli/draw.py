@@ -58,7 +58,7 @@ def plot(
 
     results = [open_result(source, horizon).at(**dict(at)) for source in sources]
     for name, asked in at:
-        used = {**results[0].sweep.parameters, **results[0].sweep.config.initial}[name]
+        used = {**results[0].sweep.parameters, **results[0].sweep.config.initial}.get(name, round(asked))
         if used != asked:
             warn(f"{name} = {used:g}, the value of the grid that is nearest to {asked:g}")
     folder = sources[0] if sources[0].is_dir() else sources[0].parent

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from quavsweep.config.schema import Config
+from quavsweep.config.schema import ENSEMBLE, Config
 from quavsweep.models import NAMES, Model, Parameter, State, load_model
 from quavsweep.models.model import NAME
 
@@ -27,6 +27,7 @@ def _of_model(model: Model) -> dict[str, Any]:
     states = {s.name: {"type": "number", "description": describe(s)} for s in model.states}
     quantities: list[State | Parameter] = [*model.parameters, *model.states]
     axes = {q.name: {"$ref": "#/$defs/AxisSection", "description": describe(q)} for q in quantities}
+    axes[ENSEMBLE] = {"$ref": "#/$defs/EnsembleSection", "description": "starts drawn from a box; the last axis"}
     sections = {"parameters": parameters, "initial": states, "axes": axes}
     closed = {name: {"properties": properties, "additionalProperties": False} for name, properties in sections.items()}
     return {

@@ -23,6 +23,8 @@ initial:
 # Each is {{start, stop, num}}, with spacing: log if wanted, or {{values: [...]}}.
 axes:
 {axes}
+  # Starts drawn at random, the same ones in every cell; a state in the box is not in initial:
+  # ensemble: {{num: 256, seed: 1, box: {{{state}: [-1, 1]}}}}
 
 # Times are in {time}. Transient and duration become whole segments{forced}.
 integrate:
@@ -43,6 +45,7 @@ measures:
   # samples: {{maxima: {state}, max: 100}}  # or section: {{of: {state}, at: 0, direction: up}}, or every: a time
   # peak: {{of: [{state}], until: {until:g}}}  # largest magnitude
   # first_time: {{of: {state}, above: 1, until: {until:g}}}  # when a state first exceeds a value
+  # last_time: {{of: {state}, at: 0}}  # when a state last has a value
 
 # End a cell once its end is certified.
 stop_early: true

@@ -23,7 +23,10 @@ RESERVED = frozenset(
         *("lyapunov", "lyapunov_raw", "lyapunov_se", "lyapunov_chaotic", "lyapunov_chaotic_se", "was_chaotic"),
         *("settle_time", "time_used", "final_state", "equilibrium", "eigenvalue", "eigenvalue_re", "eigenvalue_im"),
         *("cycle_hits", "attractor", "sum_error", "zero_error", "orbit", "sample", "samples", "sample_time"),
-        *("sample_count", "peak", "peak_of", "peak_time", "first_time", "t"),
+        *("sample_count", "peak", "peak_of", "peak_time", "first_time", "last_time", "t"),
+        *("attractor_number", "attractor_kind", "attractor_point", "attractor_exponents", "attractor_share"),
+        *("attractor_share_se", "kind", "starts", "basin_share", "basin_share_se", "lifetime", "lifetime_se"),
+        *("lifetime_after", "lifetime_p", "lifetime_at_least", "chaotic_share", "chaotic_share_se"),
     ]
 )
 
