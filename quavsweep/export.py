@@ -29,7 +29,7 @@ def write_csv(result: Result, names: Sequence[str], stream: IO[str]) -> None:
     table = csv.writer(stream, lineterminator="\n")
     headers = [header for name in names for header in _headers(result, name)]
     grid = result.sweep.grid
-    table.writerow([*(axis.name for axis in grid.axes), *headers])
+    table.writerow([*grid.coordinates(0, 1), *headers])
     for block in grid.blocks(block_cells(result.sweep.cell_bytes)):
         start, stop = grid.span(block)
         axes = [_texts(values) for values in grid.coordinates(start, stop).values()]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,16 +16,33 @@ class Axis:
     Parameters
     ----------
     name : str
-        The parameter or state that varies.
+        The parameter or state that varies, or what counts where several vary together.
     values : tuple of float
-        Its values, in the quantity's unit.
+        Its values, in the quantity's unit; whole numbers where it counts.
+    along : tuple of (name, values)
+        The quantities that vary together along it; none where it is a quantity itself.
     """
 
     name: str
     values: tuple[float, ...]
+    along: tuple[tuple[str, tuple[float, ...]], ...] = ()
 
     def __len__(self) -> int:
         return len(self.values)
+
+    @property
+    def quantities(self) -> dict[str, tuple[float, ...]]:
+        """The values of each parameter or state that varies along it, by name."""
+        return dict(self.along or ((self.name, self.values),))
+
+    def at(self, index: int) -> dict[str, float]:
+        """Return the value of each of them at an index."""
+        return {name: float(values[index]) for name, values in self.quantities.items()}
+
+    def picked(self, indices: Sequence[int]) -> Axis:
+        """Return the axis with only some of its values."""
+        along = tuple((name, tuple(values[i] for i in indices)) for name, values in self.along)
+        return Axis(self.name, tuple(self.values[i] for i in indices), along)
 
 
 @dataclass(frozen=True)
@@ -56,14 +73,33 @@ class Grid:
         """Number of cells; 1 without axes."""
         return math.prod(self.shape)
 
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """The parameters and states that vary."""
+        return tuple(name for axis in self.axes for name in axis.quantities)
+
     def coordinates(self, start: int, stop: int) -> dict[str, np.ndarray]:
-        """Return the value of each axis in the cells start .. stop - 1, (stop - start,) float64 each."""
+        """Return the values of all axes in the cells start .. stop - 1, see `coordinates_of`."""
         return self.coordinates_of(np.arange(start, stop))
 
     def coordinates_of(self, cells: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the value of each axis in some cells, (n,) float64 each."""
+        """Return the value of each axis, and of each quantity that varies along one, in some cells.
+
+        Parameters
+        ----------
+        cells : (n,) int64
+            Numbers of the cells, in any order.
+
+        Returns
+        -------
+        dict of (n,) arrays, by name; an axis stands before what varies along it
+        """
         indices = np.unravel_index(cells, self.shape) if self.axes else ()
-        return {axis.name: np.asarray(axis.values)[i] for axis, i in zip(self.axes, indices, strict=True)}
+        return {
+            name: np.asarray(values)[i]
+            for axis, i in zip(self.axes, indices, strict=True)
+            for name, values in ((axis.name, axis.values), *axis.along)
+        }
 
     def blocks(self, cells: int) -> Iterator[tuple[slice, ...]]:
         """Yield hyperslabs of at most `cells` cells (or one) that are contiguous in the order of cells.

@@ -13,6 +13,7 @@ from quavsweep.clock import Clock
 from quavsweep.config import Sweep
 from quavsweep.grid import Tile
 from quavsweep.kernels.compiler import make_advance
+from quavsweep.kernels.described import require_equations
 from quavsweep.kernels.layout import Layout
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.method import ButcherTable
@@ -78,6 +79,7 @@ class Plan:
 
 def make_plan(sweep: Sweep, lanes: int) -> Plan:
     """Return the plan of a sweep with a compiled kernel of so many lanes."""
+    require_equations(sweep.model)
     program, measures = make_program(sweep.model), sweep.measures
     layout = choose_layout(program, sweep.method, measures.vectors, lanes, measures.trace)
     advance = make_advance(program, sweep.method, layout, measures.dense)

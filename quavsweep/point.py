@@ -11,7 +11,7 @@ import numpy as np
 from quavsweep.classify import classify, convergence
 from quavsweep.config import Sweep
 from quavsweep.errors import ConfigError
-from quavsweep.grid import Grid, Tile
+from quavsweep.grid import Axis, Grid, Tile
 from quavsweep.integrate import continue_cells, integrate_tile
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.measures import Evidence, Measures, Orbit
@@ -99,7 +99,8 @@ def compute_point(sweep: Sweep, values: Mapping[str, float], stopped: Callable[[
     else:
         until, exponents, errors = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0))
     time, orbit = _orbit(single, int(evidence["steps"][0]), stopped)
-    return Point(single, result, time, orbit, until, exponents, errors, indices, tuple(values))
+    named = tuple(name for name in values if name in single.parameters or name in single.config.initial)
+    return Point(single, result, time, orbit, until, exponents, errors, indices, named)
 
 
 def _never() -> bool:
@@ -127,26 +128,43 @@ def _orbit(single: Sweep, steps: int, stopped: Callable[[], bool]) -> tuple[np.n
 
 def _single(sweep: Sweep, values: Mapping[str, float]) -> tuple[Sweep, tuple[int, ...] | None]:
     """Return the sweep of one cell, and where it lies in the grid."""
-    chosen, indices = dict(values), []
-    names = [axis.name for axis in sweep.grid.axes]
+    axes = {axis.name: axis for axis in sweep.grid.axes}
     for name, value in values.items():
         _check(sweep, name, value)
-    for axis in sweep.grid.axes:
-        if axis.name not in values:
-            raise ConfigError(f"{axis.name} has no value", possible=f"give {', '.join(f'{n}=...' for n in names)}")
-        along = np.asarray(axis.values)
-        nearest = int(np.argmin(np.abs(along - values[axis.name])))
-        if abs(along[nearest] - values[axis.name]) <= SAME * max(float(np.ptp(along)), abs(values[axis.name])):
-            chosen[axis.name] = float(along[nearest])
-            indices.append(nearest)
-    fixed = {**sweep.parameters, **sweep.config.initial}
-    on_grid = len(indices) == len(names) and all(fixed.get(n, v) == v for n, v in chosen.items() if n not in names)
+    chosen = {name: value for name, value in values.items() if name not in axes or not axes[name].along}
+    own, indices = {**sweep.parameters, **sweep.config.initial}, []
+    for axis in axes.values():
+        if axis.name in values:
+            index = _index(axis, values[axis.name])
+        elif set(axis.quantities) <= set(values):
+            index = None
+        else:
+            raise ConfigError(f"{axis.name} has no value", possible=f"give {', '.join(f'{n}=...' for n in axes)}")
+        if index is not None:
+            indices.append(index)
+            own |= axis.at(index)
+            given = chosen if axis.along else {}  # a state that is given beside the number of a start wins
+            chosen |= {name: value for name, value in axis.at(index).items() if name not in given}
+    on_grid = len(indices) == len(axes) and all(own.get(name) == value for name, value in chosen.items())
     return sweep.with_fixed(chosen, Grid(())), tuple(indices) if on_grid else None
+
+
+def _index(axis: Axis, value: float) -> int | None:
+    """Return the index of the value of an axis that is meant, None if there is none and one beside it makes sense."""
+    along = np.asarray(axis.values)
+    nearest = int(np.argmin(np.abs(along - value)))
+    if abs(along[nearest] - value) <= SAME * max(float(np.ptp(along)), abs(value)):
+        return nearest
+    if axis.along:
+        raise ConfigError(f"{axis.name} has no number {value:g}", possible=f"a whole number from 0 to {along[-1]}")
+    return None
 
 
 def _check(sweep: Sweep, name: str, value: float) -> None:
     """Refuse what is no quantity of the model, or beyond its domain."""
     model = sweep.model
+    if any(axis.name == name and axis.along for axis in sweep.grid.axes):
+        return
     names = (*model.parameter_names, *model.state_names)
     if name not in names:
         raise ConfigError(f"{model.name} has no {name}", possible=f"it has {', '.join(names)}")

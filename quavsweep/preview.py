@@ -142,6 +142,6 @@ def _thinned(axes: tuple[Axis, ...], cells: int) -> tuple[Axis, ...]:
         room = (cells / math.prod(len(a) for a in kept)) ** (1 / (len(axes) - i))
         number = min(len(axis), max(1, round(room)))
         picked = np.unique(((np.arange(number) + 0.5) * len(axis) / number).astype(int))
-        kept.append(Axis(axis.name, tuple(axis.values[j] for j in picked)))
+        kept.append(axis.picked(picked.tolist()))
     by_name = {axis.name: axis for axis in kept}
     return tuple(by_name[axis.name] for axis in axes)

@@ -36,7 +36,13 @@ HASHED_MODULES = (
     "quavsweep.analysis.certificate",
     "quavsweep.analysis.cycle",
     "quavsweep.analysis.equilibrium",
+    "quavsweep.analysis.event",
+    "quavsweep.analysis.flow",
     "quavsweep.analysis.interval",
+    "quavsweep.analysis.returns",
+    "quavsweep.analysis.shooting",
+    "quavsweep.analysis.tour",
+    "quavsweep.analysis.tube",
     "quavsweep.kernels.formula",
     "quavsweep.kernels.layout",
     "quavsweep.kernels.method",
@@ -44,12 +50,15 @@ HASHED_MODULES = (
     "quavsweep.kernels.program",
     "quavsweep.kernels.step",
 )
-DENSE_MODULES = ("quavsweep.measures.dense", "quavsweep.analysis.event", "quavsweep.analysis.observer")
+DENSE_MODULES = ("quavsweep.measures.dense", "quavsweep.analysis.observer")
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
 RESULT_MODULES = (
+    "quavsweep.analysis.attractor",
+    "quavsweep.analysis.lifetime",
     "quavsweep.classify",
     "quavsweep.codes",
     "quavsweep.passes",
+    "quavsweep.reduction",
     "quavsweep.store.netcdf",
     "quavsweep.store.outcome",
 )
@@ -82,6 +91,8 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
         "axes.order": list(axes),
         "model.bound": sweep.model.bound,
         "model.circles": [state.circle for state in sweep.model.states],
+        "model.section": repr(sweep.model.section),
+        "model.symmetries": [list(signs) for signs in sweep.model.symmetries],
         "equations": program.digest,
         "kernel": digest(print_kernel(program, sweep.method, layout, sweep.measures.dense)),
         **{f"engine.{name}": syntax_digest(name) for name in modules},
@@ -89,8 +100,12 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
 
 
 def _axes(sweep: Sweep) -> dict[str, list[str]]:
-    """Return the exact values of the axes."""
-    return {axis.name: [value.hex() for value in axis.values] for axis in sweep.grid.axes}
+    """Return the exact values of what varies."""
+    return {
+        name if name == axis.name else f"{axis.name}.{name}": [value.hex() for value in values]
+        for axis in sweep.grid.axes
+        for name, values in axis.quantities.items()
+    }
 
 
 def subject(sweep: Sweep) -> str:

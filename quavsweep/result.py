@@ -12,11 +12,13 @@ import numpy as np
 
 from quavsweep.codes import Status
 from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
-from quavsweep.errors import ConfigError
+from quavsweep.errors import ConfigError, DamageError
 from quavsweep.grid import Grid
+from quavsweep.kernels.description import read_description
+from quavsweep.models import Model
 from quavsweep.provenance import identify
 from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, looks_published, read_result
-from quavsweep.store.outcome import outcome_so_far
+from quavsweep.store.outcome import DESCRIPTION, outcome_so_far
 
 if TYPE_CHECKING:
     import xarray
@@ -74,7 +76,8 @@ class Result:
     @property
     def variables(self) -> tuple[str, ...]:
         """Names of the variables, without coordinates."""
-        return tuple(name for name, dims in self.stored.dims.items() if name not in dims)
+        varied = self.sweep.grid.quantities
+        return tuple(name for name, dims in self.stored.dims.items() if name not in dims and name not in varied)
 
     @property
     def complete(self) -> bool:
@@ -105,12 +108,22 @@ class Result:
             where = (index[dim] if dim in index else next(rest, slice(None)) for dim in whole.dims[variable])
             return np.asarray(whole.part(variable, tuple(where)))
 
-        dims = {v: tuple(d for d in of if d not in index) for v, of in whole.dims.items() if v not in index}
+        gone = {*index, *(name for axis in self.sweep.grid.axes if axis.name in index for name in axis.quantities)}
+        dims = {v: tuple(d for d in of if d not in index) for v, of in whole.dims.items() if v not in gone}
         data = Variables(tuple(dims), read)
         axes = tuple(axis for axis in self.sweep.grid.axes if axis.name not in index)
-        chosen = {n: float(self.sweep.grid.axes[names.index(n)].values[i]) for n, i in index.items()}
-        sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *index)
+        chosen = {n: v for name, i in index.items() for n, v in self.sweep.grid.axes[names.index(name)].at(i).items()}
+        sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *chosen)
         return Result(sweep, Stored(data, dims, whole.attributes, whole.file_attributes), fixed)
+
+    @property
+    def points(self) -> Result:
+        """What all starts of a parameter point say together: the result over the axes of parameters alone."""
+        sweep, starts, whole = self.sweep, set(self.sweep.start_axes), self.stored
+        gone = starts | {name for axis in sweep.grid.axes if axis.name in starts for name in axis.quantities}
+        dims = {v: of for v, of in whole.dims.items() if v not in gone and not starts & set(of)}
+        stored = Stored(Variables(tuple(dims), whole.part), dims, whole.attributes, whole.file_attributes)
+        return Result(replace(sweep, grid=sweep.points), stored, self.fixed)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the result as an xarray Dataset (needs the extra `xarray`)."""
@@ -120,7 +133,8 @@ class Result:
             name: xarray.Variable(dims, self.stored.data[name], self.stored.attributes[name])
             for name, dims in self.stored.dims.items()
         }
-        return xarray.Dataset(arrays, attrs=self.stored.file_attributes)
+        dataset = xarray.Dataset(arrays, attrs=self.stored.file_attributes)
+        return dataset.set_coords([name for name in self.sweep.grid.quantities if name in arrays])
 
 
 def open_result(path: Path | str, horizon: float | None = None) -> Result:
@@ -165,14 +179,26 @@ def open_result(path: Path | str, horizon: float | None = None) -> Result:
 def _from_file(path: Path) -> Result:
     stored = read_result(path)
     settings: dict[str, Any] = json.loads(stored.file_attributes["config"])
-    sweep = parse_sweep(dump_config({"name": "result", **settings}), str(path))
-    return Result(replace(sweep, config=sweep.config.model_copy(update={"name": _name(path)})), stored)
+    sweep = parse_sweep(dump_config({"name": "result", **settings}), str(path), model=_described(path, stored))
+    return Result(replace(sweep, config=sweep.config.model_copy(update=_told(path))), stored)
 
 
-def _name(path: Path) -> str:
-    """Return the name of the sweep that a file is the result of: as its folder's config says, or the folder's own."""
+def _described(path: Path, stored: Stored) -> Model | None:
+    """Return the model that a file describes; None if it is one of the catalogue."""
+    text = stored.file_attributes.get(DESCRIPTION)
+    if text is None:
+        return None
+    try:
+        return read_description(str(text))
+    except ValueError as error:
+        raise DamageError(f"holds no description of a model ({error})", str(path), "run the sweep again") from error
+
+
+def _told(path: Path) -> dict[str, Any]:
+    """Return what a result file does not hold of its config: name and figure, as the folder's config says, if any."""
     if path.name != "result.h5":
-        return path.stem
-    with contextlib.suppress(ConfigError):
-        return load_sweep(path.with_name("config.yaml")).name
-    return path.absolute().parent.name
+        return {"name": path.stem}
+    with contextlib.suppress(ConfigError, DamageError):
+        config = load_sweep(path.with_name("config.yaml")).config
+        return {"name": config.name, "plot": config.plot}
+    return {"name": path.absolute().parent.name}

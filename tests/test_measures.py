@@ -246,3 +246,16 @@ def test_times_of_measures_are_whole_steps_and_said(make_sweep: Callable[..., Sw
     again = parse_sweep(dump_config(canonical))
     assert again.canonical() == canonical
     assert dataclasses.replace(again, config=sweep.config, warnings=sweep.warnings) == sweep
+
+
+@pytest.mark.parametrize("at", [0.0, 0.5])
+def test_the_last_time_at_a_value_is_that_of_the_last_crossing(at: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep = _oscillator(f"last_time: {{of: x, at: {at}}}", monkeypatch)
+    turns = np.arange(-1, 20)
+    for w, found in zip((1.0, 2.0, 3.0), _evidence(sweep)["last_time"], strict=True):
+        phases = np.concatenate([2 * np.pi * turns + np.arccos(at), 2 * np.pi * turns - np.arccos(at)])
+        assert found == pytest.approx(max(phase / w for phase in phases if phase / w <= 10), abs=1e-6)
+
+
+def test_there_is_no_last_time_at_a_value_that_is_never_reached(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert np.isnan(_evidence(_oscillator("last_time: {of: x, at: 1.5}", monkeypatch))["last_time"]).all()

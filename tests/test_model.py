@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from quavsweep.errors import ModelError
 from quavsweep.kernels.lookup import make_program
-from quavsweep.models import Model, Parameter, State, load_model
+from quavsweep.models import Model, Parameter, Section, State, load_model
 
 
 def test_yaw_has_the_divergence_of_its_drag() -> None:
@@ -50,3 +52,36 @@ def test_model_refuses_names_that_would_collide(name: str) -> None:
 def test_unknown_model_names_the_catalogue() -> None:
     with pytest.raises(ModelError, match="lorenz"):
         load_model("lorentz")
+
+
+def test_angles_lie_on_their_circle_and_differ_by_the_shorter_way() -> None:
+    model = load_model("torus")
+    u = np.array([[-9.0, 2.0, -1e-20], [9.0, 2.0, 7.0], [1.0, 1.0, 2 * np.pi], [0.0, 0.0, 3.0]])
+    np.testing.assert_allclose(model.wrap(u)[:, 2], [0.0, 7.0 - 2 * np.pi, 0.0, 3.0])
+    assert (model.wrap(u)[:, 2] < 2 * np.pi).all()
+    np.testing.assert_array_equal(model.wrap(u)[:, :2], u[:, :2])
+    apart = model.difference(np.array([[0.0, 0.0, 0.1]]), np.array([[1.0, 0.0, 2 * np.pi - 0.1]]))
+    np.testing.assert_allclose(apart, [[-1.0, 0.0, 0.2]])
+
+
+def test_angles_have_no_bound() -> None:
+    model = load_model("torus")
+    u = np.array([[0.0, 0.0, 1e9], [1e9, 0.0, 0.0], [0.0, np.nan, 0.0], [0.0, 0.0, np.inf]])
+    np.testing.assert_array_equal(model.bounded(u), [True, False, False, False])
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"symmetries": ((-1,),)}, "is not 3 signs"),
+        ({"symmetries": ((-1, -1, 2),)}, "is not 3 signs"),
+        ({"section": Section("w")}, "section is of w, which is no state; the states are x, y, z"),
+        ({"section": Section("x", direction="left")}, "direction is left; up, down or both"),
+        ({"bound": 0}, "are lengths"),
+        ({"name": "my model"}, "cannot be the name of a model"),
+        ({"states": (State("x", circle=-1), State("y"), State("z"))}, "are lengths"),
+    ],
+)
+def test_model_refuses_parts_that_do_not_fit(changes: dict[str, object], says: str) -> None:
+    with pytest.raises(ModelError, match=says):
+        replace(load_model("lorenz"), **changes)  # type: ignore[arg-type]

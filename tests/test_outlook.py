@@ -253,7 +253,7 @@ def test_the_schema_accepts_what_the_reader_accepts(make_sweep: Callable[..., Sw
         {"axes": {"Omga1": {"values": [1]}}},
         {"parameters": {"Ix": -1}},
         {"initial": {"w": 0}},
-        {"model": "none"},
+        {"model": "no name"},
         {"integrate": {"dt": 0, "duration": 1}},
     ):
         assert list(check.iter_errors(canonical | broken)), broken

@@ -15,7 +15,7 @@ from quavsweep.analysis.event import Event, crossings, locate, slope
 from quavsweep.clock import Clock
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
-from quavsweep.measures import Evidence, FirstTime, Measures, Orbit, Peak, Samples
+from quavsweep.measures import Evidence, FirstTime, LastTime, Measures, Orbit, Peak, Samples
 from quavsweep.models import Model
 
 
@@ -241,6 +241,25 @@ class FirstTimeWatcher(Watcher):
         found[cells[new]] = times[first[new]]
 
 
+class LastTimeWatcher(Watcher):
+    """Keeps the last time at a value."""
+
+    def __init__(self, scene: Scene, last_time: LastTime) -> None:
+        index, at = scene.state(last_time.of), last_time.at
+        self._scene = scene
+        self._crossings = Crossings(scene, lambda u, c: u[index] - at, "both", 0, _END)
+
+    def see(self, chunk: Chunk) -> None:
+        """Mark the crossings of a chunk."""
+        self._crossings.mark(chunk)
+
+    def settle(self) -> None:
+        """Keep the last crossing of each cell; a later call knows later ones."""
+        cells, times, _ = self._crossings.take()
+        last = np.append(cells[1:] != cells[:-1], cells.size > 0)[: cells.size]
+        self._scene.evidence["last_time"][cells[last]] = times[last]
+
+
 _END = 2**62  # a window that the run ends
 
 
@@ -257,6 +276,8 @@ def make_watchers(measures: Measures, scene: Scene) -> list[Watcher]:
             watchers.append(PeakWatcher(scene, measure))
         elif isinstance(measure, FirstTime):
             watchers.append(FirstTimeWatcher(scene, measure))
+        elif isinstance(measure, LastTime):
+            watchers.append(LastTimeWatcher(scene, measure))
     return watchers
 
 

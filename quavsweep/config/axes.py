@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from quavsweep.config.ensemble import make_ensemble
 from quavsweep.config.place import Keys, Place
-from quavsweep.config.schema import AxisSection, Config
+from quavsweep.config.schema import ENSEMBLE, AnyAxis, AxisSection, Config, EnsembleSection
 from quavsweep.grid import Axis, Grid
 from quavsweep.models import Model
 
@@ -17,7 +18,7 @@ MAX_CELLS = 10**12
 EITHER = "an axis is {start, stop, num} or {values}"
 
 
-def make_grid(config: Config, place: Place) -> Grid:
+def make_grid(config: Config, model: Model, place: Place) -> Grid:
     """Return the grid; sizes are checked before anything is allocated.
 
     Raises
@@ -25,16 +26,29 @@ def make_grid(config: Config, place: Place) -> Grid:
     ConfigError
         For an axis whose keys do not fit together.
     """
-    for name, section in config.axes.items():
+    for name, section in _spaced(config).items():
         _check_keys(("axes", name), section, place)
         _check_ends(("axes", name), section, place)
         _check_list(("axes", name), section, place)
     _check_size(config, place)
     with np.errstate(over="ignore", invalid="ignore"):
-        grid = Grid(tuple(Axis(name, section.points()) for name, section in config.axes.items()))
+        grid = Grid(tuple(_make_axis(name, section, model) for name, section in config.axes.items()))
+    spaced = _spaced(config)
     for axis in grid.axes:
-        _check_points(axis, config.axes[axis.name], place)
+        if axis.name in spaced:
+            _check_points(axis, spaced[axis.name], place)
     return grid
+
+
+def _spaced(config: Config) -> dict[str, AxisSection]:
+    """Return the axes whose values the config gives."""
+    return {name: section for name, section in config.axes.items() if isinstance(section, AxisSection)}
+
+
+def _make_axis(name: str, section: AnyAxis, model: Model) -> Axis:
+    if isinstance(section, EnsembleSection):
+        return make_ensemble(section.num, section.seed, section.box, model.state_names)
+    return Axis(name, section.points())
 
 
 def _check_keys(axis: Keys, section: AxisSection, place: Place) -> None:
@@ -79,7 +93,8 @@ def _check_list(axis: Keys, section: AxisSection, place: Place) -> None:
 
 def _check_size(config: Config, place: Place) -> None:
     """Refuse more cells than an index can count."""
-    lengths = {name: section.num or len(section.values or ()) for name, section in config.axes.items()}
+    lengths = {name: section.num or len(section.values or ()) for name, section in _spaced(config).items()}
+    lengths |= {ENSEMBLE: config.ensemble.num} if config.ensemble else {}
     size = math.prod(lengths.values())
     if size <= MAX_CELLS:
         return
@@ -107,7 +122,7 @@ def check_domains(model: Model, fixed: Mapping[str, float], config: Config, grid
     ConfigError
         For the first of them.
     """
-    varied = {axis.name: np.asarray(axis.values) for axis in grid.axes}
+    varied = {name: np.asarray(values) for axis in grid.axes for name, values in axis.quantities.items()}
     for parameter in model.parameters:
         values = varied.get(parameter.name, np.array([fixed.get(parameter.name, parameter.default)]))
         outside = np.flatnonzero(~np.asarray(parameter.admits(values)))
@@ -119,7 +134,7 @@ def check_domains(model: Model, fixed: Mapping[str, float], config: Config, grid
 
 def _origin(name: str, index: int, config: Config, value: float) -> tuple[Keys, Any]:
     """Return the key that makes a parameter's value what it is, and what it says."""
-    section = config.axes.get(name)
+    section = _spaced(config).get(name)
     if section is None:
         return ("parameters", name), value
     if section.values is not None:

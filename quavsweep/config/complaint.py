@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from quavsweep.config.expected import accepted, description, kind_of, section_keys
 from quavsweep.config.place import Document, Keys, escaped, quoted
+from quavsweep.config.schema import AXIS_TAG, ENSEMBLE_TAG
 from quavsweep.errors import ConfigError
 from quavsweep.nearest import nearest
 
@@ -58,7 +59,7 @@ def _is_late(item: Any) -> bool:
 
 
 def _keys(item: Any) -> Keys:
-    return tuple(key for key in item["loc"] if key != "[key]")
+    return tuple(key for key in item["loc"] if key not in ("[key]", AXIS_TAG, ENSEMBLE_TAG))
 
 
 def _complaint(item: Any, document: Document) -> Complaint:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import types
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from quavsweep.config.place import Keys
-from quavsweep.config.schema import Config
-from quavsweep.models import NAMES
+from quavsweep.config.schema import ENSEMBLE, AnyAxis, AxisSection, Config, EnsembleSection
+from quavsweep.models import POSSIBLE
 
 ONE = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
 MANY = {int: "whole numbers", float: "numbers", str: "words"}
@@ -25,7 +25,7 @@ def section_keys(keys: Keys) -> list[str]:
 def accepted(keys: Keys) -> str:
     """Return what may stand at a key, empty if the schema does not say: `a whole number from 1 to 1000000`."""
     if keys == ("model",):
-        return f"the catalogue has {', '.join(NAMES)}"
+        return POSSIBLE
     kind, info = _at(keys)
     return _words(kind, info.metadata if info else [])
 
@@ -50,10 +50,17 @@ def _at(keys: Keys) -> tuple[Any, FieldInfo | None]:
             info = kind.model_fields[str(key)]
             kind = _without_none(info.annotation)
         elif get_origin(kind) is dict or (get_origin(kind) is list and isinstance(key, int)):
-            kind, info = _without_none(get_args(kind)[-1]), None
+            kind, info = _without_none(_member(get_args(kind)[-1], key)), None
         else:
             return None, None
     return kind, info
+
+
+def _member(kind: Any, key: str | int) -> Any:
+    """Return the kind of axis that stands under a key, where there are several."""
+    if kind is not AnyAxis:
+        return kind
+    return EnsembleSection if key == ENSEMBLE else AxisSection
 
 
 def _is_section(kind: Any) -> bool:
@@ -61,7 +68,9 @@ def _is_section(kind: Any) -> bool:
 
 
 def _without_none(kind: Any) -> Any:
-    """Return what an optional value is if it is there."""
+    """Return what an optional value is if it is there, without notes about it."""
+    if get_origin(kind) is Annotated:
+        return _without_none(get_args(kind)[0])
     if get_origin(kind) in (Union, types.UnionType):
         kinds = [part for part in get_args(kind) if part is not type(None)]
         return kinds[0] if len(kinds) == 1 else kind

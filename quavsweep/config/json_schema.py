@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from quavsweep.config.schema import Config
+from quavsweep.config.schema import ENSEMBLE, Config
 from quavsweep.models import NAMES, Model, Parameter, State, load_model
+from quavsweep.models.model import NAME
 
 
 def json_schema() -> dict[str, Any]:
     """Return the schema of configs (JSON Schema 2020-12)."""
     schema = Config.model_json_schema()
-    schema["properties"]["model"]["enum"] = list(NAMES)
+    schema["properties"]["model"] |= {"anyOf": [{"enum": list(NAMES)}, {"pattern": f"^{NAME}$"}]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,
@@ -26,6 +27,7 @@ def _of_model(model: Model) -> dict[str, Any]:
     states = {s.name: {"type": "number", "description": describe(s)} for s in model.states}
     quantities: list[State | Parameter] = [*model.parameters, *model.states]
     axes = {q.name: {"$ref": "#/$defs/AxisSection", "description": describe(q)} for q in quantities}
+    axes[ENSEMBLE] = {"$ref": "#/$defs/EnsembleSection", "description": "starts drawn from a box; the last axis"}
     sections = {"parameters": parameters, "initial": states, "axes": axes}
     closed = {name: {"properties": properties, "additionalProperties": False} for name, properties in sections.items()}
     return {

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator
 
 from quavsweep.measures import Measures
 
 MAX_AXIS = 10**6
+ENSEMBLE = "ensemble"  # the name of the axis that counts starts
+AXIS_TAG, ENSEMBLE_TAG = "[axis]", "[ensemble]"  # pydantic puts them into its paths; no key looks so
 
 _STRICT = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+Interval = Annotated[list[float], Field(min_length=2, max_length=2)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")]
 
 
@@ -39,6 +42,31 @@ class AxisSection(BaseModel):
         """Return the values of the axis."""
         spaced = np.geomspace if self.spacing == "log" else np.linspace
         return tuple(float(value) for value in (self.values or spaced(*self.ends or (0.0, 0.0, 0))))
+
+
+class EnsembleSection(BaseModel):
+    """Starts that are drawn at random from a box, the same ones in every cell of the other axes."""
+
+    model_config = _STRICT
+
+    num: int = Field(ge=1, le=MAX_AXIS, description="number of starts")
+    seed: int = Field(default=1, ge=0, lt=2**63, description="which starts are drawn")
+    box: dict[str, Interval] = Field(description="states that are drawn, each evenly from its interval [low, high]")
+
+
+class Draws(dict[str, Any]):
+    """What stands under `axes.ensemble`, told apart from other axes by its key alone."""
+
+
+def _kind_of_axis(value: Any) -> str:
+    """Return the tag of what stands under a key of `axes`."""
+    return ENSEMBLE_TAG if isinstance(value, Draws | EnsembleSection) else AXIS_TAG
+
+
+AnyAxis = Annotated[
+    Annotated[AxisSection, Tag(AXIS_TAG)] | Annotated[EnsembleSection, Tag(ENSEMBLE_TAG)],
+    Discriminator(_kind_of_axis),
+]
 
 
 class IntegrateSection(BaseModel):
@@ -82,9 +110,31 @@ class Config(BaseModel):
     model: str = Field(description="a model of the catalogue")
     parameters: dict[str, float] = Field(default_factory=dict, description="what differs from the model's defaults")
     initial: dict[str, float] = Field(default_factory=dict, description="initial state")
-    axes: dict[str, AxisSection] = Field(default_factory=dict, description="what varies, the last axis fastest")
+    axes: dict[str, AnyAxis] = Field(default_factory=dict, description="what varies, the last axis fastest")
     integrate: IntegrateSection
     measures: Measures = Field(default_factory=Measures, description="what is recorded")
     stop_early: bool = Field(default=True, description="end a cell once its end is certified")
     effort: Effort | None = Field(default=None, description="more time for cells that are undecided")
     classify: Thresholds = Field(default_factory=Thresholds, description="thresholds of the classification")
+    plot: list[str] = Field(default_factory=list, description="what the figure of a run shows, as plot --variable")
+
+    @field_validator("axes", mode="before")
+    @classmethod
+    def _tell_ensemble(cls, axes: Any) -> Any:
+        """Mark the mapping under `ensemble`, so that it is read as one."""
+        if not isinstance(axes, dict) or isinstance(axes.get(ENSEMBLE), EnsembleSection):
+            return axes
+        draws = axes.get(ENSEMBLE)
+        return {**axes, ENSEMBLE: Draws(draws) if isinstance(draws, dict) else draws} if ENSEMBLE in axes else axes
+
+    @property
+    def ensemble(self) -> EnsembleSection | None:
+        """The axis of drawn starts, if there is one."""
+        section = self.axes.get(ENSEMBLE)
+        return section if isinstance(section, EnsembleSection) else None
+
+    @property
+    def varied(self) -> dict[str, str]:
+        """The axis along which each varied parameter or state varies, by its name."""
+        drawn = dict.fromkeys(self.ensemble.box, ENSEMBLE) if self.ensemble else {}
+        return {name: name for name in self.axes if name != ENSEMBLE} | drawn

@@ -51,6 +51,26 @@ class Sweep:
         """What is recorded."""
         return self.config.measures
 
+    @property
+    def start_axes(self) -> tuple[str, ...]:
+        """The axes along which initial states vary; the others are over parameters."""
+        states = set(self.model.state_names)
+        return tuple(axis.name for axis in self.grid.axes if states & set(axis.quantities))
+
+    @property
+    def points(self) -> Grid:
+        """The grid of the parameter points, each of which has all starts."""
+        return Grid(tuple(axis for axis in self.grid.axes if axis.name not in self.start_axes))
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """The initial states of a parameter point, (starts, D) float64, in the order of the axes over them."""
+        grid = Grid(tuple(axis for axis in self.grid.axes if axis.name in self.start_axes))
+        varied = grid.coordinates(0, grid.size)
+        fixed = self.config.initial
+        columns = [varied.get(name, np.full(grid.size, fixed.get(name))) for name in self.model.state_names]
+        return np.stack(columns, axis=1).astype(np.float64)
+
     @cached_property
     def dimensions(self) -> dict[str, Dimension]:
         """The dimensions that evidence and result have beyond the cell."""
@@ -66,7 +86,9 @@ class Sweep:
         time = self.model.time_unit
         if variable.unit != "state":
             return {"time": time, "1/time": "1" if time == "1" else f"1/{time}"}.get(variable.unit, variable.unit)
-        units = {unit for dim in variable.dims for unit in self.dimensions[dim].component_units}
+        units = {
+            unit for dim in variable.dims if dim in self.dimensions for unit in self.dimensions[dim].component_units
+        }
         return units.pop() if len(units) == 1 else ""
 
     @property
@@ -86,7 +108,10 @@ class Sweep:
         known = {**self.parameters, **values}
         parameters = {name: known[name] for name in names if name in known}
         initial = {**self.config.initial, **{n: v for n, v in values.items() if n not in names}}
-        axes = {axis.name: AxisSection(values=list(axis.values)) for axis in grid.axes}
+        axes = {
+            axis.name: self.config.axes[axis.name] if axis.along else AxisSection(values=list(axis.values))
+            for axis in grid.axes
+        }
         config = self.config.model_copy(update={"axes": axes, "initial": initial, "parameters": parameters})
         return replace(self, config=config, grid=grid, parameters=parameters)
 
@@ -138,13 +163,15 @@ class Sweep:
 
     def settings(self) -> dict[str, Any]:
         """Return what of the canonical config may change a number or a label of the result."""
-        data = {key: value for key, value in self.canonical().items() if key != "name"}
+        data = {key: value for key, value in self.canonical().items() if key not in ("name", "plot")}
         return data | {"integrate": {k: v for k, v in data["integrate"].items() if k != "tolerance"}}
 
     def canonical(self) -> dict[str, Any]:
         """Return the config with every default and every rounded time written out; loading it gives the same sweep."""
         data = self.config.model_dump(mode="json", exclude_none=True)
         clock = self.clock
+        if not self.config.plot:
+            del data["plot"]
         data["parameters"] = dict(self.parameters)
         data["initial"] = {name: data["initial"][name] for name in self.model.state_names if name in data["initial"]}
         times = data["integrate"] | {

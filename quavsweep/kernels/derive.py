@@ -80,7 +80,8 @@ def _derivatives(model: Model, u: list[sp.Symbol], p: list[sp.Symbol], time: sp.
         raise mistake(error, model.rhs) from error
     where, named = place_of_return(model.rhs), ", ".join(names)
     if not isinstance(values, tuple | list | sp.Tuple):
-        raise ModelError(f"the equations return {values}", where, f"they return the derivatives of {named} in a tuple")
+        what = f"the equations return {'a single value' if isinstance(values, sp.Expr) else values}"
+        raise ModelError(what, where, f"they return the derivatives of {named} in a tuple")
     if len(values) != len(names):
         without = f", so {', '.join(names[len(values) :])} has no derivative" if len(values) < len(names) else ""
         what = f"the equations return {len(values)} derivatives for {len(names)} states{without}"

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from quavsweep.clock import Clock
-from quavsweep.measures.dense import FirstTime, Orbit, Peak, Samples, Section
+from quavsweep.measures.dense import FirstTime, LastTime, Orbit, Peak, Samples, Section
 from quavsweep.measures.lyapunov import Lyapunov, counted
 from quavsweep.measures.measure import Measure, Problem
 from quavsweep.measures.variable import BASE, REGION_VARIABLE, STATUS_VARIABLE, Dimension, Evidence, Variable
@@ -22,6 +22,7 @@ __all__ = [
     "Dimension",
     "Evidence",
     "FirstTime",
+    "LastTime",
     "Lyapunov",
     "Measure",
     "Measures",
@@ -47,6 +48,7 @@ class Measures(BaseModel):
     samples: Samples | None = Field(default=None, description="states on a section, at maxima, or at even times")
     peak: Peak | None = Field(default=None, description="the largest magnitude of some states")
     first_time: FirstTime | None = Field(default=None, description="when a state first exceeds a value")
+    last_time: LastTime | None = Field(default=None, description="when a state last has a value")
     verdict: Verdict | None = Field(default=None, description="one tangent vector beyond the end, without lyapunov")
 
     @model_validator(mode="before")

@@ -195,6 +195,22 @@ class FirstTime(DenseMeasure):
         return last_step(self.until, clock)
 
 
+class LastTime(DenseMeasure):
+    """When a state last has a value, in either direction, before the integration ends."""
+
+    of: str = Field(description="the state")
+    at: float = Field(default=0.0, description="the value, in the state's unit")
+
+    @property
+    def evidence(self) -> tuple[Variable, ...]:
+        """The time, NaN where it does not happen."""
+        return (Variable("last_time", (), "float64", "time", "last time at the value, from t = 0; NaN if never"),)
+
+    def problem(self, model: Model, clock: Clock) -> Problem | None:
+        """Return what is wrong with the state."""
+        return unknown_state(self.of, "of", model)
+
+
 def last_step(until: float | None, clock: Clock) -> int:
     """Return the last step of a measure that looks until some time."""
     return clock.steps if until is None else max(1, clock.steps_of(until))

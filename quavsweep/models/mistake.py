@@ -17,10 +17,22 @@ _NUMBERS_ONLY = ("Cannot convert expression to float", "loop of ufunc", "must be
 
 def mistake(error: Exception, function: Callable[..., Any]) -> ModelError:
     """Return the error that calling a model's function raised as one that its author understands."""
-    where = _innermost(error, function)
+    code = getattr(function, "__code__", None)
+    return mistake_in(error, code.co_filename if code else "", place(function))
+
+
+def mistake_in(error: Exception, file: str, where: str = "") -> ModelError:
+    """Return the error that running a file, or a function in it, raised as one that its author understands.
+
+    Its line is that of the innermost call in the file; `where` is told if there is none.
+    """
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    where = f"{_shown(file)}:{frames[-1].lineno}" if frames else where or _shown(file)
+    if isinstance(error, ModelError):
+        return ModelError(error.what, error.where if ":" in error.where else where, error.possible)
     text = str(error).rstrip(".")
     if isinstance(error, NameError):
-        return ModelError(text, where, "equations know their arguments and what the file defines or imports")
+        return ModelError(text, where, "equations know their arguments, and what their file defines or imports")
     if "truth value" in text:
         return ModelError("`if`, `min`, `max` or a comparison decides by a state or parameter", where, DECIDING)
     if isinstance(error, TypeError) and any(part in text for part in _NUMBERS_ONLY):
@@ -46,13 +58,6 @@ def place_of_return(function: Callable[..., Any]) -> str:
         return place(function)
     found = [number for number, line in enumerate(lines, first) if line.lstrip().startswith("return")]
     return place(function, found[-1] if found else first)
-
-
-def _innermost(error: Exception, function: Callable[..., Any]) -> str:
-    """Return file and line of the innermost call in the function's own file."""
-    code = getattr(function, "__code__", None)
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if code and f.filename == code.co_filename]
-    return place(function, frames[-1].lineno) if frames else place(function)
 
 
 def _shown(file: str) -> str:

@@ -23,9 +23,18 @@ RESERVED = frozenset(
         *("lyapunov", "lyapunov_raw", "lyapunov_se", "lyapunov_chaotic", "lyapunov_chaotic_se", "was_chaotic"),
         *("settle_time", "time_used", "final_state", "equilibrium", "eigenvalue", "eigenvalue_re", "eigenvalue_im"),
         *("cycle_hits", "attractor", "sum_error", "zero_error", "orbit", "sample", "samples", "sample_time"),
-        *("sample_count", "peak", "peak_of", "peak_time", "first_time", "t"),
+        *("sample_count", "peak", "peak_of", "peak_time", "first_time", "last_time", "t"),
+        *("attractor_number", "attractor_kind", "attractor_point", "attractor_exponents", "attractor_share"),
+        *("attractor_share_se", "kind", "starts", "basin_share", "basin_share_se", "lifetime", "lifetime_se"),
+        *("lifetime_after", "lifetime_p", "lifetime_at_least", "chaotic_share", "chaotic_share_se"),
     ]
 )
+
+
+def _make_float(owner: Any, *names: str) -> None:
+    """Turn numbers of a frozen class into floats, so that 1 and 1.0 make the same model."""
+    for name in names:
+        object.__setattr__(owner, name, float(getattr(owner, name)))
 
 
 @dataclass(frozen=True)
@@ -40,6 +49,9 @@ class State:
     symbol: str = ""
     meaning: str = ""
     circle: float = 0.0
+
+    def __post_init__(self) -> None:
+        _make_float(self, "circle")
 
 
 @dataclass(frozen=True)
@@ -57,6 +69,9 @@ class Parameter:
     low: float = -math.inf
     high: float = math.inf
     open_low: bool = False
+
+    def __post_init__(self) -> None:
+        _make_float(self, "default", "low", "high")
 
     @property
     def domain(self) -> str:
@@ -92,6 +107,10 @@ class Section:
     of: str
     at: float | None = None
     direction: str = "up"
+
+    def __post_init__(self) -> None:
+        if self.at is not None:
+            _make_float(self, "at")
 
 
 @dataclass(frozen=True)
@@ -169,12 +188,15 @@ class Model:
     example: Example | None = None
 
     def __post_init__(self) -> None:
+        _make_float(self, "bound")
         self._check_names()
         self._check_parts()
         self._check_functions()
 
     def _check_names(self) -> None:
         """Refuse names that are not usable."""
+        if not re.fullmatch(NAME, self.name):
+            raise ModelError(f"{self.name!r} cannot be the name of a model", possible="letters, digits and _")
         names = [*self.state_names, *self.parameter_names]
         for name in names:
             if not re.fullmatch(NAME, name) or name in RESERVED or names.count(name) > 1:
@@ -191,6 +213,8 @@ class Model:
         if self.section is not None and self.section.of not in self.state_names:
             what = f"the section is of {self.section.of}, which is no state"
             raise ModelError(what, self.name, f"the states are {', '.join(self.state_names)}")
+        if self.section is not None and self.section.direction not in ("up", "down", "both"):
+            raise ModelError(f"the section's direction is {self.section.direction}", self.name, "up, down or both")
         if not self.bound > 0 or not all(0 <= state.circle < math.inf for state in self.states):
             raise ModelError("the bound and the circles of states are lengths", self.name, "numbers above 0")
 

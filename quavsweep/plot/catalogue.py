@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from quavsweep.codes import Region, Status
+from quavsweep.codes import REGION, Region, Status
 from quavsweep.errors import ConfigError
 from quavsweep.nearest import nearest
+from quavsweep.plot.attractor import attractor_codes, attractor_values
 from quavsweep.plot.code import codes_of
 from quavsweep.plot.quantity import Quantity
 from quavsweep.plot.style import symbol, wrapped
@@ -30,10 +31,26 @@ TEXTS = {
     "peak_time": "time of the peak {of}",
     "settle_time": "settling time",
     "time_used": "time integrated",
+    "last_time": "last time at the value",
     "sample_count": "number of samples",
     "sample_time": "time of sample {of}",
     "samples": "samples of {of}",
+    "attractor": "attractor",
+    "lifetime": "mean lifetime of chaos",
+    "lifetime_se": "standard error of the lifetime",
+    "lifetime_error": "error of the mean lifetime, relative",
+    "lifetime_at_least": "mean lifetime of chaos, at least",
+    "lifetime_after": "$t_0$",
+    "lifetime_p": "$P$ of exponential leaving",
+    "chaotic_share": "share chaotic beyond $t_0$",
+    "basin_share": "share of starts: {of}",
+    "attractor_share": "share of starts: attractor {of}",
 }
+LOGARITHMIC = ("lifetime", "lifetime_se", "lifetime_at_least")
+SHARES = ("chaotic_share", "basin_share", "attractor_share")
+BOUNDS = {"lifetime": "lifetime_at_least"}  # what is known where a number is not
+CHAOTIC = 10  # starts without which no bound is told
+RATIOS = {"lifetime_error": ("lifetime_se", "lifetime")}  # what is drawn and not stored
 # Variables whose sign tells growth from decay.
 RATES = ("lyapunov", "lyapunov_raw", "eigenvalue_re")
 SAMPLE = "sample"  # the dimension of samples
@@ -61,7 +78,8 @@ class Catalogue:
         """The variables that can be drawn."""
         variables = self.result.stored.dims
         first = [name for name in FIRST if name in variables]
-        return [*first, *(name for name in variables if name not in first and self._fits(name))]
+        ratios = [name for name, of in RATIOS.items() if set(of) <= set(variables) and self._fits(of[0])]
+        return [*first, *(name for name in variables if name not in first and self._fits(name)), *ratios]
 
     def find(self, name: str) -> Quantity:
         """Return what a name stands for; the first component of a variable if it names none.
@@ -88,22 +106,30 @@ class Catalogue:
         first = self.find(name)
         if "." in name:
             return [first]
-        return [self._component(name, i) for i in range(max(1, len(self._keys(name))))]
+        every = [self._component(name, i) for i in range(max(1, len(self._keys(name))))]
+        return [quantity for quantity in every if not quantity.share or np.nan_to_num(quantity.shown).any()] or every[
+            :1
+        ]
 
     def group_text(self, quantities: list[Quantity]) -> str:
         """Return what several components of a variable are together."""
         variable = quantities[0].name.partition(".")[0]
         if len(quantities) == 1 or variable not in TEXTS:
             return quantities[0].text
+        if quantities[0].share:
+            return "share of starts"
         return TEXTS[variable].format(of="k" if "_{of}" in TEXTS[variable] else "state")
 
     def _own_dims(self, variable: str) -> tuple[str, ...]:
         """Return the dimensions of a variable that count its components."""
+        variable = RATIOS.get(variable, (variable,))[0]
         own = self.result.stored.dims[variable][len(self.result.sweep.grid.axes) :]
         return tuple(dim for dim in own if not (self.samples and dim == SAMPLE))
 
     def _fits(self, variable: str) -> bool:
         dims, axes = self.result.stored.dims[variable], tuple(axis.name for axis in self.result.sweep.grid.axes)
+        if variable in self.result.sweep.grid.quantities:
+            return False
         return variable not in dims and dims[: len(axes)] == axes and len(self._own_dims(variable)) <= 1
 
     def _keys(self, variable: str) -> list[str]:
@@ -120,18 +146,40 @@ class Catalogue:
         """Return one component of a variable."""
         result, keys = self.result, self._keys(variable)
         text, part = self._words(variable, keys[index] if keys else "")
-        with_error = self.samples and variable == "lyapunov" and "lyapunov_se" in result
+        error = f"{variable}_se"
+        with_error = self.samples and error in result
+        todo = result["starts"] == 0 if "region" not in result else result["region"] == Region.NONE
         return Quantity(
             name=f"{variable}.{keys[index]}" if keys else variable,
-            values=self._values(variable, index) if keys else result[variable],
+            values=self._values(variable, index) if keys else self._whole(variable),
             text=text,
             unit=self._unit(variable, index),
             part=part,
-            todo=result["status"] == Status.NOT_COMPUTED if variable == "status" else result["region"] == Region.NONE,
-            codes=codes_of(result, variable),
+            todo=result["status"] == Status.NOT_COMPUTED if variable == "status" else todo,
+            codes=attractor_codes(result) if variable == "attractor" else codes_of(result, variable),
             rate=variable in RATES,
-            error=self._values("lyapunov_se", index) if with_error else None,
+            error=(self._values(error, index) if keys else result[error]) if with_error else None,
+            bound=self._bound(variable),
+            log=variable in LOGARITHMIC,
+            share=variable in SHARES,
         )
+
+    def _whole(self, variable: str) -> np.ndarray:
+        """Return the values of a variable that has no components."""
+        if variable == "attractor":
+            return attractor_values(self.result)
+        if variable in RATIOS:
+            over, under = (self.result[name] for name in RATIOS[variable])
+            return np.asarray(over / under)
+        return self.result[variable]
+
+    def _bound(self, variable: str) -> np.ndarray | None:
+        """Return what a lifetime exceeds where it is not known and enough starts are chaotic."""
+        result = self.result
+        if variable not in BOUNDS or BOUNDS[variable] not in result:
+            return None
+        told = np.isnan(result[variable]) & (result["chaotic_share"] * result["starts"] >= CHAOTIC)
+        return np.where(told, result[BOUNDS[variable]], np.nan)
 
     def _values(self, variable: str, index: int) -> np.ndarray:
         """Return the values of one component; the others are not read."""
@@ -142,6 +190,9 @@ class Catalogue:
         """Return what a component is, and what it is called among the others."""
         model = self.result.sweep.model
         part = symbol(model, key) if key in model.state_names else key
+        if variable == "basin_share":
+            part = next((code.meaning for code in REGION if code.name == key), key)
+            return TEXTS[variable].format(of=part), part
         if variable == "first_time" and self.result.sweep.measures.first_time is not None:
             return self._first_time(), part
         if variable == "sample_time" and not key:
@@ -162,6 +213,8 @@ class Catalogue:
 
     def _unit(self, variable: str, index: int) -> str:
         """Return the unit of a component, from the attributes of the result."""
+        if variable in RATIOS:
+            return "1"
         attributes = self.result.stored.attributes
         own = attributes[variable].get("units")
         listed = [attributes[dim].get("component_units", "") for dim in self._own_dims(variable)]

@@ -41,7 +41,7 @@ _TABLES = {
 
 def codes_of(result: Result, variable: str) -> tuple[Code, ...]:
     """Return the codes of a variable with their colours, none if its numbers are no codes."""
-    attributes = result.stored.attributes[variable]
+    attributes = result.stored.attributes.get(variable, {})
     if variable in _TABLES:
         return _TABLES[variable]
     if "flag_values" not in attributes:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.colors import Colormap, ListedColormap, Normalize, TwoSlopeNorm
+from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize, TwoSlopeNorm
 
 from quavsweep.plot.code import code_colours
 from quavsweep.plot.quantity import Quantity
@@ -40,6 +40,11 @@ def choose_scale(quantities: Sequence[Quantity], limits: Limits | None) -> Colou
         return ColourScale(*code_colours(quantities[0].codes))
     values = np.concatenate([quantity.shown.ravel() for quantity in quantities])
     values = values[np.isfinite(values)]
+    if quantities[0].log and (values > 0).any():
+        bounds = [quantity.bound.ravel() for quantity in quantities if quantity.bound is not None]
+        return _extended(_logarithmic(values[values > 0], limits), np.concatenate([values, *bounds]))
+    if quantities[0].share and limits is None:
+        return ColourScale(mpl.colormaps[SEQUENCE], Normalize(0.0, 1.0))
     if limits is not None:
         scale = _limited(limits, quantities[0].rate, values)
     else:
@@ -62,6 +67,12 @@ def _numbers(values: np.ndarray) -> ColourScale:
         largest = max(-low, high)
         return _two_slopes(SIGNED, -largest, largest)
     return ColourScale(mpl.colormaps[SEQUENCE], Normalize(low, high))
+
+
+def _logarithmic(values: np.ndarray, limits: Limits | None) -> ColourScale:
+    """Return a scale on which equal ratios look alike."""
+    low, high = limits if limits is not None and limits[0] > 0 else _range(values)
+    return ColourScale(mpl.colormaps[SEQUENCE], LogNorm(low, high))
 
 
 def _limited(limits: Limits, rate: bool, values: np.ndarray) -> ColourScale:

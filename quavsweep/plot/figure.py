@@ -13,6 +13,7 @@ from matplotlib.transforms import Bbox
 
 from quavsweep.errors import ConfigError, DiskError
 from quavsweep.memory import release_memory
+from quavsweep.plot.catalogue import Catalogue
 from quavsweep.plot.cell import make_cell_figure
 from quavsweep.plot.colour import Limits
 from quavsweep.plot.comparison import compare
@@ -20,6 +21,7 @@ from quavsweep.plot.line import make_line_figure
 from quavsweep.plot.map import make_map_figure
 from quavsweep.plot.point import make_point_figure
 from quavsweep.plot.style import style
+from quavsweep.plot.survival import SURVIVAL, make_survival_figure
 from quavsweep.plot.title import LINE, fixed_title
 
 if TYPE_CHECKING:
@@ -62,6 +64,11 @@ def make_figure(
     overlays = (overlays,) if isinstance(overlays, str) else overlays
     if limits is not None and not limits[0] < limits[1]:
         raise ConfigError(f"limits must ascend, {limits[0]:g} to {limits[1]:g} does not")
+    with style():
+        if len(runs) == 1 and _is_survival(runs[0], variables):
+            return make_survival_figure(runs[0], limits)
+    variables = variables or tuple(runs[0].sweep.config.plot if len(runs) == 1 else ())
+    runs = [_seen(run, variables) for run in runs]
     count = _axes_count(runs)
     with style():
         if len(runs) > 1:
@@ -70,6 +77,24 @@ def make_figure(
         if count and runs[0].fixed:
             _tell_fixed(figure, runs[0])
         return figure
+
+
+def _is_survival(run: Result, variables: Sequence[str]) -> bool:
+    """Whether survival is what is asked for, or what says most."""
+    alone = run.sweep.config.ensemble is not None and run.sweep.start_axes == tuple(a.name for a in run.sweep.grid.axes)
+    asked = tuple(variables) or tuple(run.sweep.config.plot)
+    return SURVIVAL in asked or (not asked and alone and bool(run.sweep.grid.axes))
+
+
+def _seen(run: Result, variables: Sequence[str]) -> Result:
+    """Return the result over its parameter points where that has what is asked for, or says most."""
+    if not run.sweep.start_axes:
+        return run
+    points = run.points
+    if not variables:
+        return points if "lifetime" in points else run
+    names = Catalogue(points).names
+    return points if all(variable.partition(".")[0] in names for variable in variables) else run
 
 
 def _tell_fixed(figure: Figure, result: Result) -> None:

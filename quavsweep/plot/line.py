@@ -28,7 +28,7 @@ def make_line_figure(
     panels = choose_panels(result, variables)
     (curves,) = make_curves(overlays, [result.sweep])
     handles = [panel_handles(panel) for panel in panels]
-    handles[0] += [*band_handles(result), *(curve.handle for curve in curves)]
+    handles[0] += [*(band_handles(result) if "region" in result else []), *(curve.handle for curve in curves)]
     heights = [panel_height(panel, len(panels)) for panel in panels]
     height = sum(heights) + FOOT + sum(legend_height(own, WIDTH) for own in handles)
     figure = Figure(figsize=(PANEL[0], max(height, PANEL[1])), layout="constrained")
@@ -36,7 +36,7 @@ def make_line_figure(
     for axes, panel in zip(grid, panels, strict=True):
         draw_panel(axes, result, panel, limits, curves)
         axes.label_outer()
-    top = draw_band(grid[0], result, heights[0])
+    top = draw_band(grid[0], result, heights[0]) if "region" in result else 1.0
     for axes, own, base in zip(grid, handles, [top, *[1.0] * len(panels)], strict=False):
         legend_above(axes, own, WIDTH, base)
     figure.align_ylabels()

@@ -11,6 +11,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from quavsweep.plot.catalogue import Catalogue
 from quavsweep.plot.code import VOID, code_handles, mask_handles
@@ -49,6 +50,10 @@ def make_map_figure(result: Result, variables: Sequence[str], limits: Limits | N
 
 def default_variables(result: Result) -> tuple[str, ...]:
     """Return what is drawn of a result with two axes if nothing is asked for."""
+    if "lifetime" in result:
+        return ("lifetime", "lifetime_error", "chaotic_share", "basin_share.sink")
+    if "attractor" in result and not result.sweep.points.axes:
+        return ("attractor",)
     return ("region", "lyapunov") if "lyapunov" in result else ("region",)
 
 
@@ -62,7 +67,10 @@ def draw_panel(
         legend_above(axes, code_handles(quantity.values, quantity.codes, quantity.todo), WIDTH)
         return
     empty = not np.isfinite(quantity.shown).any()
-    legend_above(axes, mask_handles(quantity.todo, quantity.void), WIDTH, title=quantity.label() if empty else "")
+    handles = mask_handles(quantity.todo, quantity.void)
+    if quantity.bound is not None and np.isfinite(quantity.bound).any():
+        handles.append(Line2D([], [], ls="", marker=".", ms=3, color="black", label="at least"))
+    legend_above(axes, handles, WIDTH, title=quantity.label() if empty else "")
     if not empty:
         draw_bar(figure, mesh, [axes], quantity, scale)
 
@@ -74,7 +82,10 @@ def draw_map(axes: Axes, result: Result, quantity: Quantity, scale: ColourScale)
     """
     across, up = result.sweep.grid.axes
     order = np.ix_(np.argsort(across.values), np.argsort(up.values))
-    values, todo, void = (array[order].T for array in (quantity.values, quantity.todo, quantity.void))
+    bound = np.full(quantity.todo.shape, np.nan) if quantity.bound is None else quantity.bound
+    bounded = np.isfinite(bound)
+    filled, empty = np.where(bounded, bound, quantity.values), quantity.void & ~bounded
+    values, todo, void = (array[order].T for array in (filled, quantity.todo, empty))
     borders = edges(np.sort(across.values)), edges(np.sort(up.values))
     axes.set_facecolor("white")
     if todo.any():
@@ -83,6 +94,9 @@ def draw_map(axes: Axes, result: Result, quantity: Quantity, scale: ColourScale)
         axes.pcolormesh(*borders, np.ma.masked_where(~void, void), cmap=ListedColormap([VOID]), rasterized=True)
     shown = np.ma.masked_where(todo | void, values)
     mesh = axes.pcolormesh(*borders, shown, rasterized=True, cmap=scale.colours, norm=scale.norm)
+    if bounded.any():
+        x, y = (np.asarray(axis.values)[i] for axis, i in zip((across, up), np.nonzero(bounded), strict=True))
+        axes.plot(x, y, ls="", marker=".", ms=1.5, mew=0, color="black")
     set_scale(axes.xaxis, result.sweep.model, across)
     set_scale(axes.yaxis, result.sweep.model, up)
     axes.set(xlim=drawn_range(across), ylim=drawn_range(up))
@@ -93,12 +107,14 @@ def draw_bar(
     figure: Figure, mesh: QuadMesh, panels: Sequence[Axes], quantity: Quantity, scale: ColourScale
 ) -> Colorbar:
     """Draw a colour bar with the quantity's name and unit; a common power of ten goes into the label."""
-    power = power_of(np.array([scale.norm.vmin, scale.norm.vmax]))
+    power = 0 if quantity.log else power_of(np.array([scale.norm.vmin, scale.norm.vmax]))
     bar = figure.colorbar(mesh, ax=list(panels), extend=scale.extend, aspect=25, pad=0.02)
     bar.set_label(quantity.label(power))
-    set_power(bar.ax.yaxis, power)
+    if not quantity.log:
+        set_power(bar.ax.yaxis, power)
     if scale.ticks:
         texts = [f"{value / 10.0**power:.3g}".replace("-", "\N{MINUS SIGN}") for value in scale.ticks]
         bar.set_ticks(scale.ticks, labels=texts)
-    bar.ax.minorticks_off()
+    if not quantity.log:
+        bar.ax.minorticks_off()
     return bar

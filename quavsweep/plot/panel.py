@@ -44,6 +44,9 @@ def choose_panels(result: Result, variables: Sequence[str]) -> list[Panel]:
 
 def _defaults(result: Result) -> Iterator[str]:
     """Yield the variables that say most of the orbits."""
+    if "lifetime" in result:
+        yield from ("lifetime", "chaotic_share", "basin_share")
+        return
     if "samples" in result:
         yield f"samples.{sampled_state(result.sweep)}"
     if "lyapunov" in result:
@@ -83,7 +86,7 @@ def draw_panel(
             text = samples_text(result, first) if first.name.startswith("samples.") else text
         else:
             shown = _draw_lines(axes, result, panel)
-        set_values(axes.yaxis, shown, text, first.unit, ROOM)
+        set_values(axes.yaxis, shown, text, first.unit, ROOM, log=first.log)
         if not np.isfinite(shown).any():
             axes.set_yticks([])
             say(axes, "no value")
@@ -106,13 +109,31 @@ def _draw_lines(axes: Axes, result: Result, panel: Panel) -> np.ndarray:
         colour, dashes = LINES[i % len(LINES)], "" if jumpy else DASHES[i % len(DASHES)]
         marked = np.isfinite(y) if jumpy else _alone(y)
         axes.plot(x, quantity.values[order], color=colour, ls=dashes, marker=".", ms=2.5, markevery=marked)
-        if quantity.error is not None:
+        if quantity.log:
+            shown[i] = _draw_bounded(axes, x, quantity, order, colour)
+        elif quantity.error is not None:
             error = np.where(np.isfinite(quantity.error[order]), quantity.error[order], 0.0)
             axes.fill_between(x, y - error, y + error, color=colour, alpha=0.3, linewidth=0)
     if panel[0].rate:
         axes.axhline(0.0, color="0.3", lw=0.5, ls=":", zorder=0.5)
     axes.margins(y=0.12)
+    if panel[0].share:
+        axes.set_ylim(-0.03, 1.03)
     return shown
+
+
+def _draw_bounded(axes: Axes, x: np.ndarray, quantity: Quantity, order: np.ndarray, colour: str) -> np.ndarray:
+    """Draw bars of errors on a logarithmic axis, and arrows at bounds; return numbers and bounds."""
+    axes.set_yscale("log")
+    y, error = quantity.shown[order], quantity.error
+    if error is not None:
+        low = np.minimum(error[order], 0.9 * y)
+        axes.errorbar(x, y, [low, error[order]], ls="", color=colour, elinewidth=0.8, capsize=1.5)
+    if quantity.bound is None:
+        return np.asarray(y)
+    bound = quantity.bound[order]
+    axes.plot(x, bound, ls="", marker="^", ms=3, mfc="white", mec=colour, mew=0.6)
+    return np.asarray(np.where(np.isfinite(y), y, bound))
 
 
 def _is_jumpy(panel: Panel) -> bool:
@@ -146,6 +167,11 @@ def _present(quantity: Quantity) -> list[Code]:
 
 def panel_handles(panel: Panel) -> list[Artist]:
     """Return a legend's lines for the components of a variable, none if there is only one."""
+    if panel[0].bound is not None and np.isfinite(panel[0].bound).any():
+        return [
+            Line2D([], [], color=LINES[0], marker=".", ms=2.5, label="mean \N{PLUS-MINUS SIGN} standard error"),
+            Line2D([], [], ls="", marker="^", ms=3, mfc="white", mec=LINES[0], mew=0.6, label="at least (95 %)"),
+        ]
     if len(panel) == 1:
         return []
     jumpy = _is_jumpy(panel)

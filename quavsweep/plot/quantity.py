@@ -32,6 +32,12 @@ class Quantity:
         Whether the numbers are rates, whose sign matters.
     error : (axes...) float64, optional
         Their standard errors.
+    bound : (axes...) float64, optional
+        What the number exceeds, where it is not known.
+    log : bool
+        Whether the numbers are drawn on a logarithmic scale.
+    share : bool
+        Whether they are shares, from 0 to 1.
     """
 
     name: str
@@ -43,6 +49,9 @@ class Quantity:
     codes: tuple[Code, ...] = ()
     rate: bool = False
     error: np.ndarray | None = None
+    bound: np.ndarray | None = None
+    log: bool = False
+    share: bool = False
 
     @property
     def sampled(self) -> bool:
@@ -60,7 +69,7 @@ class Quantity:
         """Computed cells that have no number, (axes...) bool."""
         if self.values.dtype.kind in "iu":
             return np.zeros_like(self.todo)
-        empty = np.isnan(self.shown)
+        empty = np.isnan(self.shown if self.bound is None else np.fmax(self.shown, self.bound))
         return np.asarray(~self.todo & (empty.all(axis=-1) if self.sampled else empty))
 
     def label(self, power: int = 0) -> str:

@@ -40,13 +40,16 @@ def set_scale(axis: XAxis | YAxis, model: Model, quantity: Axis) -> None:
     axis.set_label_text(label(model, quantity.name, power))
 
 
-def set_values(axis: XAxis | YAxis, values: np.ndarray, text: str, unit: str, room: int = LABEL_WIDTH) -> None:
+def set_values(
+    axis: XAxis | YAxis, values: np.ndarray, text: str, unit: str, room: int = LABEL_WIDTH, log: bool = False
+) -> None:
     """Label an axis that shows values; a common power of ten goes into the label.
 
     The unit goes into a line of its own where a label has more characters than there is room for.
     """
-    power = power_of(values)
-    set_power(axis, power)
+    power = 0 if log else power_of(values)
+    if not log:
+        set_power(axis, power)
     words = with_unit(text, unit, power)
     axis.set_label_text(words.replace(" ($", "\n($") if text_length(words) > room else words)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -25,11 +25,40 @@ DIGEST = "content_sha256"
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A dimension's coordinate: name, values, and attributes."""
+    """A coordinate: name, values, attributes, and the dimension that it belongs to, if not the one of its name."""
 
     name: str
     values: np.ndarray
     attributes: Mapping[str, str] = field(default_factory=dict)
+    dim: str = ""
+
+    @property
+    def is_own(self) -> bool:
+        """Whether it makes the dimension."""
+        return self.dim in ("", self.name)
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """What is made of cells once they are written, some parameter points at a time.
+
+    Parameters
+    ----------
+    grid : Grid
+        Of the points: some of the axes of the cells.
+    points, cells : mapping from Variable to attributes
+        What it gives for each point, and for each cell.
+    reads : tuple of str
+        The variables of cells that it needs.
+    reduce : callable
+        From these, (points, starts, ...) each, to what it gives, by name.
+    """
+
+    grid: Grid
+    points: Mapping[Variable, Mapping[str, Any]]
+    cells: Mapping[Variable, Mapping[str, Any]]
+    reads: tuple[str, ...]
+    reduce: Callable[[Mapping[str, np.ndarray]], Mapping[str, np.ndarray]]
 
 
 def block_cells(cell_bytes: int) -> int:
@@ -45,6 +74,7 @@ def write_result(
     blocks: Iterable[tuple[tuple[slice, ...], Mapping[str, np.ndarray]]],
     attributes: Mapping[str, str],
     cells: int,
+    reduction: Reduction | None = None,
 ) -> None:
     """Publish a result file from a stream of blocks.
 
@@ -55,7 +85,7 @@ def write_result(
     grid : Grid
         The first dimensions of every variable.
     coordinates : iterable of Coordinate
-        One per dimension, the grid's axes first.
+        One per dimension, the grid's axes first, each before others along it.
     variables : mapping from Variable to attributes
         What the blocks hold.
     blocks : iterable of (slices, values)
@@ -64,6 +94,8 @@ def write_result(
         Of the file.
     cells : int
         Cells per block, and per chunk of the file.
+    reduction : Reduction, optional
+        What is added when all blocks are written.
 
     Raises
     ------
@@ -76,13 +108,16 @@ def write_result(
         for coordinate in coordinates:
             text = coordinate.values.dtype.kind == "O"
             kind = h5py.string_dtype() if text else coordinate.values.dtype
-            scale = file.create_dataset(coordinate.name, data=coordinate.values, dtype=kind)
-            scale.make_scale(coordinate.name)
-            _set_attributes(scale, coordinate.attributes)
-            extents[coordinate.name] = len(coordinate.values)
+            dataset = file.create_dataset(coordinate.name, data=coordinate.values, dtype=kind)
+            if coordinate.is_own:
+                dataset.make_scale(coordinate.name)
+                extents[coordinate.name] = len(coordinate.values)
+            else:
+                dataset.dims[0].attach_scale(file[coordinate.dim])
+            _set_attributes(dataset, coordinate.attributes)
         digests = {}
         for variable, extra in variables.items():
-            _create(file, grid, variable, extents, extra, cells)
+            _create(file, grid, variable, extents, extra, grid.block_shape(cells))
             digests[variable.name] = hashlib.sha256()
         for block, values in blocks:
             for variable in variables:
@@ -90,6 +125,8 @@ def write_result(
                 shape = tuple(s.stop - s.start for s in block) + array.shape[1:]
                 file[variable.name][block] = array.reshape(shape)
                 digests[variable.name].update(array.data)
+        if reduction is not None:
+            _reduce(file, grid, reduction, extents, cells)
         _set_attributes(file, attributes)
         _set_attributes(file, {DIGEST: content_digest(file, {n: d.hexdigest() for n, d in digests.items()})})
 
@@ -123,19 +160,51 @@ def write_copy(stored: Stored, names: Iterable[str], path: Path) -> None:
     publish_hdf5(lambda sha256, size: path, write, in_memory=False)
 
 
+def _reduce(file: h5py.File, grid: Grid, reduction: Reduction, extents: Mapping[str, int], cells: int) -> None:
+    """Add variables of points and cells, reading the cells of a few points at a time."""
+    inner = reduction.grid
+    starts = grid.size // inner.size
+    at_once = max(1, cells // starts)
+    lengths = dict(zip((axis.name for axis in inner.axes), inner.block_shape(at_once), strict=True))
+    chunk = tuple(lengths.get(axis.name, len(axis)) for axis in grid.axes)  # whole chunks are written once
+    for variable, extra in reduction.points.items():
+        _create(file, inner, variable, extents, extra, inner.block_shape(cells))
+    for variable, extra in reduction.cells.items():
+        _create(file, grid, variable, extents, extra, chunk)
+    to_front = [i for i, axis in enumerate(grid.axes) if axis.name in lengths]
+    order = [*to_front, *(i for i in range(len(grid.axes)) if i not in to_front)]
+    for block in inner.blocks(at_once):
+        chosen = dict(zip(lengths, block, strict=True))
+        where = tuple(chosen.get(axis.name, slice(0, len(axis))) for axis in grid.axes)
+        shape = tuple(s.stop - s.start for s in where)
+
+        def of_points(name: str, where: tuple[slice, ...] = where) -> np.ndarray:
+            array = read_values(file[name], where)
+            array = array.transpose(*order, *range(len(order), array.ndim))
+            return array.reshape(-1, starts, *array.shape[len(order) :])
+
+        found = reduction.reduce({name: of_points(name) for name in reduction.reads})
+        for variable in reduction.points:
+            array = np.asarray(found[variable.name], dtype=variable.dtype)
+            file[variable.name][block] = array.reshape((*(s.stop - s.start for s in block), *array.shape[1:]))
+        for variable in reduction.cells:
+            array = np.asarray(found[variable.name], dtype=variable.dtype)
+            file[variable.name][where] = array.reshape([shape[i] for i in order]).transpose(np.argsort(order))
+
+
 def _create(
     file: h5py.File,
     grid: Grid,
     variable: Variable,
     extents: Mapping[str, int],
     attributes: Mapping[str, Any],
-    cells: int,
+    chunk: tuple[int, ...],
 ) -> None:
     dims = (*(axis.name for axis in grid.axes), *variable.dims)
     shape = grid.shape + tuple(extents[dim] for dim in variable.dims)
     options: dict[str, Any] = {}
     if grid.axes:
-        chunks = grid.block_shape(cells) + shape[len(grid.shape) :]
+        chunks = chunk + shape[len(grid.shape) :]
         options = {"chunks": chunks, "shuffle": True, "compression": "gzip", "compression_opts": 4, "fletcher32": True}
     dataset = file.create_dataset(variable.name, shape, variable.dtype, **options)
     for i, dim in enumerate(dims):

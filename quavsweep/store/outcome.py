@@ -6,6 +6,7 @@ import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,26 @@ from quavsweep.classify import classify, result_variables
 from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
 from quavsweep.horizon import truncated
-from quavsweep.measures import Variable
+from quavsweep.kernels.description import describe_model
+from quavsweep.measures import Evidence, Variable
+from quavsweep.models import NAMES
 from quavsweep.provenance import Identity
-from quavsweep.store.netcdf import Coordinate, block_cells, write_result
+from quavsweep.reduction import (
+    ATTRACTOR,
+    passed_variables,
+    point_dimensions,
+    point_variables,
+    read_variables,
+    reduce_points,
+)
+from quavsweep.store.netcdf import Coordinate, Reduction, block_cells, write_result
 from quavsweep.store.passes import blocks
 from quavsweep.store.publish import TEMPORARY
 from quavsweep.store.sealed_file import read_result
 from quavsweep.store.shard_set import Block, ShardSet
 from quavsweep.store.stored import Stored
+
+DESCRIPTION = "model_description"  # attribute of the file, where the model is not of the catalogue
 
 
 def write_outcome(
@@ -48,7 +61,7 @@ def write_outcome(
     if horizon is not None:
         sweep = sweep.until(horizon)
         shards = replace(shards, sweep=shards.sweep.without_effort())
-    variables = {v: _attributes(sweep, v) for v in _told(sweep, horizon)}
+    variables = {v: _attributes(sweep, v) for v in _cell_variables(sweep, horizon)}
     waiting: dict[int, int] = {}
     write_result(
         path,
@@ -58,16 +71,36 @@ def write_outcome(
         _classified(shards, failed, stopped, waiting, horizon),
         _file(sweep, shards.identity),
         block_cells(sweep.cell_bytes),
+        _reduction(sweep),
     )
     return sum(waiting.values())
 
 
-def _told(sweep: Sweep, horizon: int | None) -> tuple[Variable, ...]:
-    """Return the variables of a result; at a horizon, those that do not need the state there."""
+def _cell_variables(sweep: Sweep, horizon: int | None) -> tuple[Variable, ...]:
+    """Return what is written of each cell: what the classification gives, and what is passed on from the evidence.
+
+    At a horizon it is only what does not need the state there.
+    """
+    labels = result_variables(sweep)
+    known = {variable.name for variable in labels}
+    every = (*labels, *(variable for variable in passed_variables(sweep) if variable.name not in known))
     if horizon is None:
-        return result_variables(sweep)
+        return every
     unknown = {"final_state", *(variable.name for variable in sweep.measures.outputs)}
-    return tuple(variable for variable in result_variables(sweep) if variable.name not in unknown)
+    return tuple(variable for variable in every if variable.name not in unknown)
+
+
+def _reduction(sweep: Sweep) -> Reduction | None:
+    """Return what is made of all starts of a parameter point, where there are several."""
+    if not sweep.start_axes:
+        return None
+    return Reduction(
+        sweep.points,
+        {v: _attributes(sweep, v, of_points=True) for v in point_variables(sweep)},
+        {ATTRACTOR: _attributes(sweep, ATTRACTOR)},
+        read_variables(sweep),
+        partial(reduce_points, sweep),
+    )
 
 
 def outcome_so_far(shards: ShardSet, horizon: int | None = None) -> Stored:
@@ -100,11 +133,16 @@ def _classified(
         if stopped():
             raise StoppedError("stopped while the result was written", possible="the same command continues it")
         if horizon is None:
-            classified = [classify(sweep, evidence) for evidence in parts]
+            told = [_told(sweep, evidence) for evidence in parts]
         else:
-            shorter = sweep.until(horizon)
-            classified = [classify(shorter, truncated(sweep, evidence, horizon)) for evidence in parts]
-        yield block, {name: np.concatenate([part[name] for part in classified]) for name in classified[0]}
+            told = [_told(sweep.until(horizon), truncated(sweep, evidence, horizon)) for evidence in parts]
+        yield block, {name: np.concatenate([values[name] for values in told]) for name in told[0]}
+
+
+def _told(sweep: Sweep, evidence: Evidence) -> dict[str, np.ndarray]:
+    """Return what is known of the cells of some evidence."""
+    passed = {variable.name: evidence[variable.name] for variable in passed_variables(sweep)}
+    return {**passed, **classify(sweep, evidence)}
 
 
 def _coordinates(sweep: Sweep) -> list[Coordinate]:
@@ -112,15 +150,14 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
     model = sweep.model
     coordinates = []
     for axis in sweep.grid.axes:
-        quantity = model.quantity(axis.name)
-        attributes = {
-            "long_name": quantity.meaning or axis.name,
-            "units": _cf(quantity.unit),
-            "symbol": quantity.symbol,
-        }
-        coordinates.append(Coordinate(axis.name, np.array(axis.values), attributes))
-    used = {dim for variable in result_variables(sweep) for dim in variable.dims}
-    for dimension in sweep.dimensions.values():
+        if axis.along:
+            coordinates.append(Coordinate(axis.name, np.array(axis.values, dtype=np.int32), {"long_name": "start"}))
+        for name, values in axis.quantities.items():
+            quantity = model.quantity(name)
+            attributes = {"long_name": quantity.meaning or name, "units": _cf(quantity.unit), "symbol": quantity.symbol}
+            coordinates.append(Coordinate(name, np.array(values), attributes, axis.name))
+    used = {dim for variable in (*_cell_variables(sweep, None), *point_variables(sweep)) for dim in variable.dims}
+    for dimension in (*sweep.dimensions.values(), *point_dimensions()):
         if dimension.name in used:
             attributes = {"long_name": dimension.meaning}
             attributes |= {"units": _cf(dimension.unit)} if dimension.unit else {}
@@ -129,10 +166,11 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
     return coordinates
 
 
-def _attributes(sweep: Sweep, variable: Variable) -> dict[str, Any]:
+def _attributes(sweep: Sweep, variable: Variable, of_points: bool = False) -> dict[str, Any]:
     """Return the CF attributes of a variable: meaning, units, and the codes' numbers and names."""
-    unit = sweep.unit(variable)
+    unit, along = sweep.unit(variable), [name for axis in sweep.grid.axes for name, _ in axis.along]
     attributes: dict[str, Any] = {"long_name": variable.meaning} | ({"units": _cf(unit)} if unit else {})
+    attributes |= {"coordinates": " ".join(along)} if along and not of_points else {}
     if variable.codes:
         attributes["flag_values"] = np.array([code.number for code in variable.codes], dtype=variable.dtype)
         attributes["flag_meanings"] = " ".join(code.name for code in variable.codes)
@@ -150,6 +188,7 @@ def _cf(unit: str) -> str:
 
 def _file(sweep: Sweep, identity: Identity) -> dict[str, str]:
     """Return the attributes of the file; names, folders, times and machines are in none of them."""
+    own = {} if sweep.model.name in NAMES else {DESCRIPTION: describe_model(sweep.model)}
     return {
         "Conventions": "CF-1.11",
         "title": f"quavsweep result: {sweep.model.name}",
@@ -159,4 +198,5 @@ def _file(sweep: Sweep, identity: Identity) -> dict[str, str]:
         "evidence_id": identity.evidence,
         "toolchain_id": identity.toolchain,
         "result_id": identity.result,
+        **own,
     }
