@@ -9,6 +9,7 @@ import numpy as np
 from quavsweep.analysis.equilibrium import eigensystem
 from quavsweep.analysis.flow import Flow
 from quavsweep.analysis.shooting import METHOD, Closed
+from quavsweep.kernels.layout import generic_frame
 
 LOST = 1e-11  # a multiplier below this share of the derivative's norm is rounding
 SMALL = 1e-4  # one below this share is not exact, and better known otherwise if it is real and stands alone
@@ -72,7 +73,7 @@ def frame_growth(flow: Flow, closed: Closed, parameters: Sequence[np.ndarray]) -
         cells = np.flatnonzero(parts == count)
         some, own = closed.take(cells), [p[cells] for p in parameters]
         time, steps = some.period / count, some.steps // count + 1
-        frame = np.broadcast_to(np.eye(dimension), (cells.size, dimension, dimension))
+        frame = np.broadcast_to(generic_frame(dimension, dimension).T, (cells.size, dimension, dimension))
         for _ in range(ROUNDS):
             point, total = some.point, np.zeros((cells.size, dimension))
             for _ in range(count):
