@@ -12,9 +12,10 @@ from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import StoppedError
 from quavsweep.grid import Tile
 from quavsweep.integrate import integrate_tile
+from quavsweep.kernels.layout import generic_frame
 from quavsweep.measures import Evidence
 from quavsweep.models import load_model
-from quavsweep.plan import cell_values, generic_frame, make_plan
+from quavsweep.plan import cell_values, make_plan
 from tests import twin
 from tests.conftest import LORENZ, YAW
 
