@@ -11,10 +11,11 @@ import pytest
 from quavsweep.codes import Region
 from quavsweep.config import Sweep, parse_sweep
 from quavsweep.config.template import make_template
+from quavsweep.kernels.layout import generic_frame
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.program import TIME, Program
 from quavsweep.models import NAMES, Model, load_model
-from quavsweep.plan import cell_values, generic_frame, make_plan
+from quavsweep.plan import cell_values, make_plan
 from quavsweep.point import compute_point
 
 T = 0.7  # time at which forced systems are looked at
