@@ -71,7 +71,7 @@ def _stable(closed: Closed) -> np.ndarray:
 
 
 def lorenz(laboratory: Laboratory) -> list[Claim]:
-    """Look for cycles where chaos is all but everywhere; one that SciPy closes, and finds stable, is no false answer."""
+    """Look for cycles where chaos is all but everywhere; one that SciPy closes and finds stable is no false answer."""
     rho = np.random.default_rng(28).uniform(28.0, 60.0, laboratory.choose(1000, 32))
     text = LORENZ.format(values=", ".join(f"{value:.12g}" for value in np.sort(rho)))
     sweep = parse_sweep(text, changes=laboratory.choose((), ("integrate.duration=1000",)))
