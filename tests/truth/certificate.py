@@ -8,6 +8,7 @@ import numpy as np
 
 from quavsweep import Result, Sweep
 from quavsweep.analysis.certificate import examine
+from quavsweep.analysis.cycle import Cycles
 from quavsweep.codes import Certificate
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.measures import Evidence
@@ -18,7 +19,7 @@ from tests.truth.row import Claim, Row
 
 NEAR = 1e-6  # of equilibria and points of cycles, against 1 + |u|
 PERIOD = 1e-8  # relative
-LOOKED_AT = 4  # segments that a search for cycles may follow
+STRETCHES = (1.0, 0.25, 4.0)  # segments that searches for cycles may follow, one after the other
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,12 @@ def found_anew(sweep: Sweep, cells: np.ndarray, u: np.ndarray) -> Attractor:
     parameters, _ = cell_values(sweep, cells)
     coefficients = plan.program.coefficient_values(parameters)
     ends = examine(plan.program, plan.method, plan.clock.dt, u, coefficients)
-    cycles = plan.search.find(u, parameters, LOOKED_AT * plan.clock.segment_steps)
+    cycles = Cycles.none(*u.shape)
+    for stretch in STRETCHES:
+        open_ = np.flatnonzero(~ends.inside & ~cycles.found)
+        steps = int(stretch * plan.clock.segment_steps)
+        more = plan.search.find(u[open_], [p[open_] for p in parameters], steps)
+        cycles.put(open_, more, more.found)
     closed = cycles.found & ~cycles.resting & ~ends.inside
     kind = np.where(ends.inside, Certificate.SINK, np.where(closed, Certificate.CYCLE, Certificate.NONE))
     point = np.where(closed[:, None], cycles.point, ends.equilibrium)

@@ -13,6 +13,8 @@ Rhs = Callable[..., Sequence[Any]]  # of states and parameters
 
 TINY = 1e-30  # complex step
 TOLERANCE = 1e-10
+LOOSE = 1e-7  # where only the shape of a cycle matters
+PLACES = 2000  # along a cycle
 AT_ONCE = 250  # cells of similar periods in one system of equations
 ITERATIONS = 8
 CONVERGED = 10  # Newton's last step against 1 + |u|, in tolerances
@@ -86,6 +88,28 @@ def close(
         values = np.linalg.eigvals(derivative)
         multipliers[cells] = np.take_along_axis(values, np.argsort(-np.abs(values), axis=1), axis=1)
     return Closed(found, point, times, multipliers)
+
+
+def unevenness(rhs: Rhs, u: np.ndarray, period: np.ndarray, parameters: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the range of ln |derivative| along cycles, (n,): how far growth along the flow departs from its mean, 0.
+
+    Parameters are those of `close`; the cycles must be closed.
+    """
+    n, d = u.shape
+    extent = np.empty(n)
+    order = np.argsort(period)
+    for cells in (order[first : first + AT_ONCE] for first in range(0, n, AT_ONCE)):
+        own, time = [p[cells] for p in parameters], period[cells]
+
+        def derivative(_: float, flat: np.ndarray, own: Sequence[Any] = own, time: np.ndarray = time) -> np.ndarray:
+            return np.asarray(field(rhs, flat.reshape(d, -1), own) * time).ravel()
+
+        places = np.linspace(0.0, 1.0, PLACES)
+        done = solve_ivp(derivative, (0.0, 1.0), u[cells].T.ravel(), "DOP853", places, rtol=LOOSE, atol=LOOSE)
+        along = done.y.reshape(d, cells.size, PLACES)
+        speed = np.linalg.norm(field(rhs, along, [np.asarray(p)[:, None] for p in own]), axis=0)
+        extent[cells] = np.ptp(np.log(speed), axis=1)
+    return extent
 
 
 def _after(
