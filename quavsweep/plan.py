@@ -87,16 +87,6 @@ def make_plan(sweep: Sweep, lanes: int) -> Plan:
     return Plan(sweep, program, layout, advance, search)
 
 
-def generic_frame(dimension: int, vectors: int) -> np.ndarray:
-    """Return orthonormal vectors that are aligned with no coordinate plane, (K, D).
-
-    A frame along the axes would never leave an invariant subspace and miss exponents; this one is the reflection
-    I - 2 v v^T / v^T v with v_i the square roots of 1/2, 3/2, 5/2 ..., none of whose entries vanishes.
-    """
-    v = np.sqrt(np.arange(dimension) + 0.5)
-    return np.asarray((np.eye(dimension) - 2.0 * np.outer(v, v) / (v @ v))[:vectors])
-
-
 def cell_values(sweep: Sweep, cells: Tile | np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
     """Return the parameters of cells, (n,) each in the model's order, and their initial states, (n, D)."""
     numbers = np.arange(cells.start, cells.stop) if isinstance(cells, Tile) else cells

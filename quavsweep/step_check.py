@@ -12,8 +12,8 @@ from quavsweep.clock import Clock
 from quavsweep.codes import Region
 from quavsweep.grid import Tile
 from quavsweep.integrate import BUFFER_BYTES, LONGEST_CALL
-from quavsweep.kernels.layout import aligned_empty
-from quavsweep.plan import Plan, cell_values, generic_frame
+from quavsweep.kernels.layout import aligned_empty, generic_frame
+from quavsweep.plan import Plan, cell_values
 
 TIME = 100.0  # in the model's time
 SHARE = 0.005  # of the run's work that the check may cost; in shorter runs it covers less time

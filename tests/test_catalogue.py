@@ -14,10 +14,11 @@ from quavsweep.config import Sweep, parse_sweep
 from quavsweep.config.template import make_template
 from quavsweep.grid import Tile
 from quavsweep.integrate import integrate_tile
+from quavsweep.kernels.layout import generic_frame
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.program import TIME, Program
 from quavsweep.models import NAMES, Model, load_model
-from quavsweep.plan import cell_values, generic_frame, make_plan
+from quavsweep.plan import cell_values, make_plan
 
 T = 0.7  # time at which forced systems are looked at
 TINY = 1e-30  # step of complex steps

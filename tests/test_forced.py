@@ -15,12 +15,13 @@ from quavsweep.errors import ConfigError
 from quavsweep.grid import Tile
 from quavsweep.integrate import integrate_tile
 from quavsweep.kernels.compiler import make_advance
+from quavsweep.kernels.layout import generic_frame
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.method import DP8, RK4, ButcherTable
 from quavsweep.kernels.step import choose_layout
 from quavsweep.models import Model, Parameter, State, load_model
 from quavsweep.models.function import cos
-from quavsweep.plan import generic_frame, make_plan
+from quavsweep.plan import make_plan
 from quavsweep.step_check import check_step
 from tests import twin
 

@@ -13,7 +13,7 @@ import pytest
 
 from quavsweep.analysis.certificate import Shape
 from quavsweep.analysis.equilibrium import eigensystem, vector_field
-from quavsweep.classify import Sums
+from quavsweep.classify.growth import growth_of
 from quavsweep.codes import Certificate, Region, Status
 from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
 from quavsweep.grid import Tile
@@ -119,15 +119,10 @@ def test_raw_exponents_of_sinks_agree_with_the_exact_ones(name: str, tmp_path: P
     # The look before is the last one outside; whoever was inside at the end of the transient settled within it.
     within = evidence["certified_steps"][sink] <= clock.transient_segments * clock.segment_steps
     first = np.where(within, clock.transient_segments * clock.segment_batches, settled // clock.batch_steps)
-    batch = np.arange(clock.segments * clock.segment_batches)
-    inside = batch >= first[:, None]
-    growth = np.where(inside[:, :, None], evidence["growth"][sink].astype(float), 0.0)
-    span = inside.sum(axis=1) * clock.batch_steps * clock.dt
-    raw = growth.sum(axis=1) / span[:, None]
-    rates = evidence["growth"][sink].astype(float) / (clock.batch_steps * clock.dt)
-    error = Sums(rates).error(first, np.full_like(first, batch.size))
-    allowed = np.maximum(3 * np.where(np.isfinite(error), error, 0.0), 5 / span[:, None])
-    share = np.abs(raw - evidence["eigenvalue_re"][sink]) / allowed
+    growth = growth_of({name: values[sink] for name, values in evidence.items()}, clock)
+    average = growth.over((first, np.full_like(first, clock.segments * clock.segment_batches)))
+    error = np.where(np.isfinite(average.error), average.error, 0.0)
+    share = np.abs(average.rate - evidence["eigenvalue_re"][sink]) / np.maximum(3 * error, 5 / average.time[:, None])
     print(f"\n{name}: {within.sum()} sinks settled within the transient, worst {share[within].max():.2f} of what is")
     print(f"allowed; {(~within).sum()} later ones, worst {share[~within].max():.2f}")
     assert share.max() <= 1.0

@@ -23,6 +23,7 @@ LOOSEST = 0.1  # change of the period against its first guess beyond which it is
 NEUTRAL = 1e-10  # wanted of the neutral exponent, 1/time
 ACCEPTED = 1e-8  # of the neutral exponent, where no halving of the step brings it lower
 HALVINGS = 3
+GAIN = 100.0  # by which a halving of the step makes errors smaller, at least
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,8 @@ class Closed:
     velocity : (n, D) float64
         The derivative of the state at the point.
     error : (n,) float64
-        How far the derivative is from leaving the velocity as it is, relative; forced systems: what the last halving
-        of the step changed, against the amplitude.
+        Estimate, the larger of two: what the last halving of the step moved the point by, in amplitudes, over `GAIN`;
+        and in autonomous systems, how far the derivative is from leaving the velocity as it is, relative.
     steps : (n,) int
         Steps of a period that were needed.
     """
@@ -160,7 +161,7 @@ class Shooting:
         closed = Closed.none(*u.shape)
         closed.point[:], closed.period[:], closed.steps[:] = u, period, steps
         coefficients = self.flow.program.coefficient_values(parameters)
-        open_ = np.arange(len(u))
+        open_, shifted = np.arange(len(u)), np.zeros(len(u))
         for iteration in range(ITERATIONS):
             if not open_.size:
                 break
@@ -175,12 +176,12 @@ class Shooting:
                 change, later, velocity = self._bordered(self.event, x, end, gap, derivative, c)
             moved = size(change, amplitude[open_])
             closed.derivative[open_], closed.volume[open_], closed.velocity[open_] = derivative, volume, velocity
+            if iteration == 0:
+                closed.error[open_] = shifted[open_] = moved / GAIN
             if self.event is not None:
                 scaled = velocity / amplitude[open_]
                 kept = np.matmul(derivative, velocity[:, :, None])[:, :, 0] / amplitude[open_]
-                closed.error[open_] = norm(kept - scaled) / norm(scaled)
-            elif iteration == 0:
-                closed.error[open_] = moved
+                closed.error[open_] = np.maximum(shifted[open_], norm(kept - scaled) / norm(scaled))
             closed.point[open_] = x + change
             closed.period[open_] = time + later
             near = (moved <= FARTHEST) & (np.abs(closed.period[open_] - guess[open_]) <= LOOSEST * guess[open_])

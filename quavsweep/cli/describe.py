@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from quavsweep.config import Sweep
     from quavsweep.point import Point
     from quavsweep.result import Result
+    from quavsweep.summary import Check
 
 MOST_NUMBERS = 6  # of a measure, that are printed for a single cell
 
@@ -37,10 +38,18 @@ def shares(result: Result) -> list[tuple[str, str]]:
         rows += measured(result.sweep, {name: result[name] for name in result.variables})
     if summary.was_chaotic:
         rows.append(("chaotic on the way", _share(summary.was_chaotic, summary.cells)))
-    if summary.sum_error is not None:
+    if "lyapunov" in result:
         unit = "" if result.sweep.model.time_unit == "1" else f" 1/{result.sweep.model.time_unit}"
-        rows.append(("self-check", f"sums of exponents miss the divergence by {summary.sum_error:.1e}{unit} at most"))
+        rows.append(("sum check", _checked(summary.sum_error, "sums miss the mean divergence by", unit)))
+        rows.append(("zero check", _checked(summary.zero_error, "exponents along the flow miss 0 by", unit)))
     return rows
+
+
+def _checked(check: Check, what: str, unit: str) -> str:
+    """Return the worst value of a self-check in words."""
+    if check.worst is None:
+        return f"not available: {check.missing}"
+    return f"{what} {check.worst:.1e}{unit} at most"
 
 
 def measured(sweep: Sweep, values: Mapping[str, np.ndarray]) -> list[tuple[str, str]]:

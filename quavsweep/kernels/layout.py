@@ -170,3 +170,13 @@ def aligned_empty(shape: tuple[int, ...]) -> np.ndarray:
     buffer = np.empty(size + ALIGNMENT // 8)
     start = -(buffer.ctypes.data // 8) % (ALIGNMENT // 8)
     return buffer[start : start + size].reshape(shape)
+
+
+def generic_frame(dimension: int, vectors: int) -> np.ndarray:
+    """Return orthonormal vectors that are aligned with no coordinate plane, (K, D).
+
+    A frame along the axes would never leave an invariant subspace and miss exponents; this one is the reflection
+    I - 2 v v^T / v^T v with v_i the square roots of 1/2, 3/2, 5/2 ..., none of whose entries vanishes.
+    """
+    v = np.sqrt(np.arange(dimension) + 0.5)
+    return np.asarray((np.eye(dimension) - 2.0 * np.outer(v, v) / (v @ v))[:vectors])
