@@ -77,7 +77,10 @@ def test_a_forced_oscillator_rests_cycles_and_is_chaotic(files: tuple[Path, Path
     result = open_result(out)
     expected = [Status.ENDED_SINK, Status.ENDED_CYCLE, Status.TIME_OVER, Status.ENDED_CYCLE]
     np.testing.assert_array_equal(result["status"], expected)
-    assert (result["region"][0], result["region"][2]) == (Region.SINK, Region.CHAOS)
+    regions = [Region.SINK, Region.PERIODIC, Region.CHAOS, Region.PERIODIC]
+    np.testing.assert_array_equal(result["region"], regions)
+    np.testing.assert_allclose(result["period"][[1, 3]], 3 * np.pi)
+    np.testing.assert_allclose(result["lyapunov"][[1, 3]].sum(axis=1), -0.5)
     np.testing.assert_allclose(result["lyapunov"][0], -0.25)  # a spiral: half the damping
     np.testing.assert_allclose(result["lyapunov_raw"][2].sum(), -0.5, atol=1e-6)
     assert isinstance(result.sweep.model, DescribedModel)
