@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quavsweep.kernels.layout import generic_frame
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.program import Program
 from quavsweep.models import Model, load_model
-from quavsweep.plan import generic_frame
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,8 @@ class Clock:
         Batches per segment, the stretch between two looks.
     transient_segments, segments : int
         Segments before averaging begins, and in all.
+    period_steps : int
+        Steps in a period of the forcing, of which batches have whole numbers; 0 where nothing is forced.
     """
 
     dt: float
@@ -29,6 +32,7 @@ class Clock:
     segment_batches: int
     transient_segments: int
     segments: int
+    period_steps: int = 0
 
     @property
     def batch_steps(self) -> int:
@@ -59,6 +63,13 @@ class Clock:
     def duration(self) -> float:
         """Time over which exponents are averaged."""
         return self.segment_steps * (self.segments - self.transient_segments) * self.dt
+
+    def phase(self, steps: Any) -> Any:
+        """Return the time since the forcing last began a period, after so many steps (a number or an array).
+
+        A forced system depends on no other time; None where nothing is forced.
+        """
+        return steps % self.period_steps * self.dt if self.period_steps else None
 
     def steps_of(self, time: float) -> int:
         """Return the number of steps that comes nearest to a time."""

@@ -10,10 +10,10 @@ from quavsweep.analysis.observer import Chunk, Scene, Watcher, make_watchers
 from quavsweep.codes import Certificate, Status
 from quavsweep.errors import StoppedError
 from quavsweep.grid import Tile
-from quavsweep.kernels.layout import Layout, aligned_empty
+from quavsweep.kernels.layout import Layout, aligned_empty, generic_frame
 from quavsweep.look import look
 from quavsweep.measures import Evidence
-from quavsweep.plan import Plan, cell_values, generic_frame
+from quavsweep.plan import Plan, cell_values
 
 LOG_STEPS = 400  # a step of RK4 shrinks a vector to no less than 0.27, and 0.27**400 does not underflow
 BUFFER_BYTES = 2**21  # of states that dense measures look at together; about the second-level cache
@@ -184,6 +184,7 @@ def _advance_batch(
         at_once = max(1, int(1e9 * LONGEST_CALL / (most * clock.block * layout.lanes * plan.step_ns)))
     for block in range(0, clock.batch_blocks, most):
         blocks = min(most, clock.batch_blocks - block)
+        layout.set_phase(lanes, clock.phase(done + block * clock.block))
         for first in range(0, groups, at_once):
             if stopped():
                 raise StoppedError("the run was stopped")

@@ -13,6 +13,7 @@ from quavsweep.clock import Clock
 from quavsweep.config import Sweep
 from quavsweep.grid import Tile
 from quavsweep.kernels.compiler import make_advance
+from quavsweep.kernels.described import require_equations
 from quavsweep.kernels.layout import Layout
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.method import ButcherTable
@@ -78,21 +79,12 @@ class Plan:
 
 def make_plan(sweep: Sweep, lanes: int) -> Plan:
     """Return the plan of a sweep with a compiled kernel of so many lanes."""
+    require_equations(sweep.model)
     program, measures = make_program(sweep.model), sweep.measures
     layout = choose_layout(program, sweep.method, measures.vectors, lanes, measures.trace)
     advance = make_advance(program, sweep.method, layout, measures.dense)
     search = CycleSearch(sweep.model, program, sweep.method, sweep.clock, lanes)
     return Plan(sweep, program, layout, advance, search)
-
-
-def generic_frame(dimension: int, vectors: int) -> np.ndarray:
-    """Return orthonormal vectors that are aligned with no coordinate plane, (K, D).
-
-    A frame along the axes would never leave an invariant subspace and miss exponents; this one is the reflection
-    I - 2 v v^T / v^T v with v_i the square roots of 1/2, 3/2, 5/2 ..., none of whose entries vanishes.
-    """
-    v = np.sqrt(np.arange(dimension) + 0.5)
-    return np.asarray((np.eye(dimension) - 2.0 * np.outer(v, v) / (v @ v))[:vectors])
 
 
 def cell_values(sweep: Sweep, cells: Tile | np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:

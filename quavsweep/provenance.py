@@ -37,8 +37,10 @@ HASHED_MODULES = (
     "quavsweep.analysis.cycle",
     "quavsweep.analysis.equilibrium",
     "quavsweep.analysis.event",
+    "quavsweep.analysis.floquet",
     "quavsweep.analysis.flow",
     "quavsweep.analysis.interval",
+    "quavsweep.analysis.kink",
     "quavsweep.analysis.returns",
     "quavsweep.analysis.shooting",
     "quavsweep.analysis.tour",
@@ -101,6 +103,9 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
         "axes": digest(axes),
         "axes.order": list(axes),
         "model.bound": sweep.model.bound,
+        "model.circles": [state.circle for state in sweep.model.states],
+        "model.section": repr(sweep.model.section),
+        "model.symmetries": [list(signs) for signs in sweep.model.symmetries],
         "equations": program.digest,
         "kernel": digest(print_kernel(program, sweep.method, layout, sweep.measures.dense)),
         **{f"engine.{name}": syntax_digest(name) for name in modules},
@@ -124,6 +129,7 @@ def subject(sweep: Sweep) -> str:
     """
     clock = sweep.clock
     times = [clock.dt, clock.block, clock.batch_blocks, clock.segment_batches, clock.transient_segments]
+    times += [clock.period_steps] if clock.period_steps else []
     fixed = [sorted(sweep.parameters.items()), sorted(sweep.config.initial.items())]
     return digest([sweep.model.name, list(_axes(sweep).items()), fixed, times])
 

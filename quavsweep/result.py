@@ -12,11 +12,13 @@ import numpy as np
 
 from quavsweep.codes import Status
 from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
-from quavsweep.errors import ConfigError
+from quavsweep.errors import ConfigError, DamageError
 from quavsweep.grid import Grid
+from quavsweep.kernels.description import read_description
+from quavsweep.models import Model
 from quavsweep.provenance import identify
 from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, looks_published, read_result
-from quavsweep.store.outcome import outcome_so_far
+from quavsweep.store.outcome import DESCRIPTION, outcome_so_far
 
 if TYPE_CHECKING:
     import xarray
@@ -177,15 +179,26 @@ def open_result(path: Path | str, horizon: float | None = None) -> Result:
 def _from_file(path: Path) -> Result:
     stored = read_result(path)
     settings: dict[str, Any] = json.loads(stored.file_attributes["config"])
-    sweep = parse_sweep(dump_config({"name": "result", **settings}), str(path))
+    sweep = parse_sweep(dump_config({"name": "result", **settings}), str(path), model=_described(path, stored))
     return Result(replace(sweep, config=sweep.config.model_copy(update=_told(path))), stored)
+
+
+def _described(path: Path, stored: Stored) -> Model | None:
+    """Return the model that a file describes; None if it is one of the catalogue."""
+    text = stored.file_attributes.get(DESCRIPTION)
+    if text is None:
+        return None
+    try:
+        return read_description(str(text))
+    except ValueError as error:
+        raise DamageError(f"holds no description of a model ({error})", str(path), "run the sweep again") from error
 
 
 def _told(path: Path) -> dict[str, Any]:
     """Return what a result file does not hold of its config: name and figure, as the folder's config says, if any."""
     if path.name != "result.h5":
         return {"name": path.stem}
-    with contextlib.suppress(ConfigError):
+    with contextlib.suppress(ConfigError, DamageError):
         config = load_sweep(path.with_name("config.yaml")).config
         return {"name": config.name, "plot": config.plot}
     return {"name": path.absolute().parent.name}

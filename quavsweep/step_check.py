@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from quavsweep.clock import Clock
 from quavsweep.codes import Region
 from quavsweep.grid import Tile
 from quavsweep.integrate import BUFFER_BYTES, LONGEST_CALL
-from quavsweep.kernels.layout import aligned_empty
-from quavsweep.plan import Plan, cell_values, generic_frame
+from quavsweep.kernels.layout import aligned_empty, generic_frame
+from quavsweep.plan import Plan, cell_values
 
 TIME = 100.0  # in the model's time
 SHARE = 0.005  # of the run's work that the check may cost; in shorter runs it covers less time
@@ -75,8 +76,9 @@ def check_step(
     parameters, start = [values[cells] for values in parameters], u[cells]
     steps = min(TIME / clock.dt, clock.steps, SHARE * steps_of_run / (3 * lanes))
     blocks = max(1, math.ceil(steps / clock.block - 1e-9))
-    whole = _advanced(plan, start, parameters, clock.dt, blocks, stopped)
-    half = _advanced(plan, start, parameters, clock.dt / 2, 2 * blocks, stopped)
+    finer = replace(clock, dt=clock.dt / 2, period_steps=2 * clock.period_steps)
+    whole = _advanced(plan, start, parameters, clock, blocks, stopped)
+    half = _advanced(plan, start, parameters, finer, 2 * blocks, stopped)
     if whole is None or half is None:
         return None
     order = 2.0**plan.method.order
@@ -89,12 +91,12 @@ def check_step(
 
 
 def _advanced(
-    plan: Plan, u: np.ndarray, parameters: list[np.ndarray], dt: float, blocks: int, stopped: Callable[[], bool]
+    plan: Plan, u: np.ndarray, parameters: list[np.ndarray], clock: Clock, blocks: int, stopped: Callable[[], bool]
 ) -> np.ndarray | None:
-    """Return the states after so many blocks of steps of another length, with the kernel of the plan."""
-    layout, block, n = plan.layout, plan.clock.block, len(u)
+    """Return the states after so many blocks of steps of a clock, with the kernel of the plan."""
+    layout, block, n = plan.layout, clock.block, len(u)
     frame = np.broadcast_to(generic_frame(layout.dimension, layout.vectors), (n, layout.vectors, layout.dimension))
-    lanes = layout.pack(u, frame, plan.program.coefficient_values(parameters, plan.method.time_unit(dt)))
+    lanes = layout.pack(u, frame, plan.program.coefficient_values(parameters, plan.method.time_unit(clock.dt)))
     groups = lanes.shape[0]
     dense = plan.sweep.measures.dense
     state_bytes = 8 * groups * layout.dimension * layout.lanes
@@ -104,6 +106,7 @@ def _advanced(
         if stopped():
             return None
         now = min(most, blocks - done)
+        layout.set_phase(lanes, clock.phase(done * block))
         buffer = [aligned_empty((groups * (now * block + 1) * layout.dimension * layout.lanes,))] if dense else []
         plan.advance(lanes.reshape(-1), 0, groups, now, block, *buffer)
     return layout.state(lanes, n)

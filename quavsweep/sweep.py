@@ -22,6 +22,7 @@ from quavsweep.grid import Tile
 from quavsweep.integrate import continue_cells, integrate_tile
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.measures import Evidence
+from quavsweep.models import Model
 from quavsweep.passes import with_passes
 from quavsweep.plan import Plan, make_plan
 from quavsweep.progress import Progress
@@ -108,6 +109,7 @@ def run_sweep(
         shards = ShardSet.scan(folder, sweep, identity, tile_cells or choose_tile_cells(plan))
         _check_disk(folder, shards)
         record = {"started": time.time(), "evidence": evidence_parts(sweep), "toolchain": toolchain(), **machine()}
+        folder.write_model(sweep.model)
         folder.write_config(dump_config(sweep.canonical()))
         folder.write_record(record)
         progress = Progress(shards.tiles, sweep.grid.size)
@@ -133,6 +135,7 @@ def extend_sweep(
     path: Path | str,
     duration: float,
     *,
+    model: Model | Path | str | None = None,
     workers: int = 2,
     observe: Observer | None = None,
     stop: threading.Event | None = None,
@@ -147,6 +150,8 @@ def extend_sweep(
         Folder of the run.
     duration : float
         Time over which exponents are averaged, in the model's time; rounded up to whole segments.
+    model : Model or Path, optional
+        The model, or the file that makes it, if it is not of the catalogue.
 
     Raises
     ------
@@ -158,7 +163,7 @@ def extend_sweep(
     folder = RunFolder(Path(path))
     folder.must_exist()
     present = load_sweep(folder.config)
-    sweep = load_sweep(folder.config, [f"integrate.duration={float(duration)!r}"])
+    sweep = load_sweep(folder.config, [f"integrate.duration={float(duration)!r}"], model)
     if sweep.clock.steps < present.clock.steps:
         raise ConfigError(
             f"a duration of {duration:g} is shorter than that of the run",

@@ -40,8 +40,10 @@ NOTHING = YAW.replace("measures: {lyapunov: {exponents: 3, block: 25}}", "")
 
 @pytest.mark.parametrize("text", [NOTHING, NOTHING.replace("duration: 600", "duration: 301, segment: 100")])
 def test_the_canonical_config_without_measures_is_a_fixed_point(text: str) -> None:
-    canonical = parse_sweep(text).canonical()
-    assert parse_sweep(dump_config(canonical)).canonical() == canonical
+    sweep = parse_sweep(text)
+    again = parse_sweep(dump_config(sweep.canonical()))
+    assert again.canonical() == sweep.canonical()
+    assert again.clock == sweep.clock
 
 
 @pytest.mark.parametrize("text", [YAW, LORENZ])
@@ -58,7 +60,7 @@ def test_the_canonical_config_gives_the_same_sweep(text: str) -> None:
         (("name: small", "nme: small"), 2, r"nme: unknown key, did you mean name\?"),
         (("name: small\n", ""), 1, "name: is missing"),
         (("name: small", "name: a/b"), 2, "name: 'a/b' is not accepted"),
-        (("model: quadrotor_yaw", "model: quadrotor"), 3, "the catalogue has lorenz, quadrotor_yaw"),
+        (("model: quadrotor_yaw", "model: quadrotor"), 3, "the catalogue has .*lorenz, .*quadrotor_yaw"),
         (("p: 0.001, ", ""), 4, "initial.p: is missing; give it here, or vary it as axes.p"),
         (("p: 0.001", "p: yes"), 4, "initial.p: 'yes' is not accepted"),
         (("p: 0.001", "p: true"), 4, "initial.p: true is not accepted"),
@@ -93,7 +95,7 @@ def test_the_canonical_config_gives_the_same_sweep(text: str) -> None:
         (("\nname: small", "%YAML 1.1\n---\nname: small"), None, "not YAML 1.2"),
         (("dt: 0.02", "dt: 700"), 8, "integrate.dt: a step of 700 is longer than integrate.duration"),
         (("name: small", "name: ../x"), 2, "name: '../x' is not accepted; it may have letters, digits"),
-        (("model: quadrotor_yaw\n", ""), 1, "model: is missing; the catalogue has lorenz"),
+        (("model: quadrotor_yaw\n", ""), 1, "model: is missing; the catalogue has .*lorenz"),
         (("{method: rk4, dt: 0.02, transient: 200, duration: 600}", ""), 8, "integrate: is not a mapping of keys"),
         (("name: small", "\tname: small"), 2, "use spaces"),
         (("dt: 0.02", "dt: '0.02'"), 8, "integrate.dt: '0.02' is not accepted"),

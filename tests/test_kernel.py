@@ -12,16 +12,16 @@ import pytest
 from benchmarks.assembly import kinds, printed_loop
 from quavsweep.kernels.compiler import LANES, cpu_class, make_advance
 from quavsweep.kernels.derive import derive
-from quavsweep.kernels.layout import Layout
+from quavsweep.kernels.layout import Layout, generic_frame
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.method import DP8, RK4, ButcherTable
 from quavsweep.kernels.printer import print_kernel
 from quavsweep.kernels.step import choose_layout
-from quavsweep.models import NAMES, Model, Parameter, State, load_model
-from quavsweep.plan import generic_frame
+from quavsweep.models import Model, Parameter, State, load_model
 from tests import twin
 
 EPS = np.finfo(float).eps
+NAMES = ("lorenz", "quadrotor_yaw")
 
 
 def _lorenz_96(dimension: int) -> Model:

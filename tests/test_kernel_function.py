@@ -13,12 +13,11 @@ from benchmarks.assembly import kinds, printed_loop
 from quavsweep.kernels.compiler import make_advance
 from quavsweep.kernels.derive import derive
 from quavsweep.kernels.formula import HALF_PI
-from quavsweep.kernels.layout import Layout
+from quavsweep.kernels.layout import Layout, generic_frame
 from quavsweep.kernels.method import RK4
 from quavsweep.kernels.printer import print_kernel, step_operations
 from quavsweep.kernels.program import Program
 from quavsweep.models import Model, load_model
-from quavsweep.plan import generic_frame
 from tests import twin
 from tests.function_models import CHUA, MODELS, PENDULUM, RECTIFIER, STAGES
 

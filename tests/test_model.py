@@ -1,51 +1,15 @@
-"""Models: their equations against the paper's numbers, their symmetries, their derived Jacobians."""
+"""Models: what a declaration refuses, angles, and the yaw equations against the paper's numbers."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from quavsweep.errors import ModelError
 from quavsweep.kernels.lookup import make_program
-from quavsweep.models import NAMES, Model, Parameter, State, load_model
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_jacobian_equals_complex_step(name: str) -> None:
-    model = load_model(name)
-    program = make_program(model)
-    rng = np.random.default_rng(1)
-    dimension = len(model.states)
-    for _ in range(20):
-        u = rng.uniform(-3, 3, dimension)
-        p = np.array(list(model.defaults.values())) * rng.uniform(0.5, 2.0, len(model.parameters))
-        values = dict(zip((*program.states, *program.parameters), (*u, *p), strict=True))
-        for j in range(dimension):
-            moved = u.astype(complex)
-            moved[j] += 1e-30j
-            column = np.array([complex(f).imag / 1e-30 for f in model.rhs(*moved, *p)])
-            derived = np.array(program.evaluate([row[j] for row in program.jacobian], values), dtype=float)
-            assert np.abs(derived - column).max() <= 1e-12 * np.abs(column).max()
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_program_computes_what_the_function_says(name: str) -> None:
-    model = load_model(name)
-    program = make_program(model)
-    u = np.random.default_rng(2).uniform(-3, 3, len(model.states))
-    values = dict(zip((*program.states, *program.parameters), (*u, *model.defaults.values()), strict=True))
-    expected = np.array(model.rhs(*u, *model.defaults.values()))
-    np.testing.assert_allclose(program.evaluate(program.rhs, values), expected, rtol=1e-13)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_equations_have_the_declared_symmetries(name: str) -> None:
-    model = load_model(name)
-    u = np.random.default_rng(3).uniform(-3, 3, len(model.states))
-    du = np.array(model.rhs(*u, *model.defaults.values()))
-    for signs in model.symmetries:
-        mirrored = np.array(model.rhs(*(signs * u), *model.defaults.values()))
-        np.testing.assert_array_equal(mirrored, np.array(signs) * du)
+from quavsweep.models import Model, Parameter, Section, State, load_model
 
 
 def test_yaw_has_the_divergence_of_its_drag() -> None:
@@ -88,3 +52,36 @@ def test_model_refuses_names_that_would_collide(name: str) -> None:
 def test_unknown_model_names_the_catalogue() -> None:
     with pytest.raises(ModelError, match="lorenz"):
         load_model("lorentz")
+
+
+def test_angles_lie_on_their_circle_and_differ_by_the_shorter_way() -> None:
+    model = load_model("torus")
+    u = np.array([[-9.0, 2.0, -1e-20], [9.0, 2.0, 7.0], [1.0, 1.0, 2 * np.pi], [0.0, 0.0, 3.0]])
+    np.testing.assert_allclose(model.wrap(u)[:, 2], [0.0, 7.0 - 2 * np.pi, 0.0, 3.0])
+    assert (model.wrap(u)[:, 2] < 2 * np.pi).all()
+    np.testing.assert_array_equal(model.wrap(u)[:, :2], u[:, :2])
+    apart = model.difference(np.array([[0.0, 0.0, 0.1]]), np.array([[1.0, 0.0, 2 * np.pi - 0.1]]))
+    np.testing.assert_allclose(apart, [[-1.0, 0.0, 0.2]])
+
+
+def test_angles_have_no_bound() -> None:
+    model = load_model("torus")
+    u = np.array([[0.0, 0.0, 1e9], [1e9, 0.0, 0.0], [0.0, np.nan, 0.0], [0.0, 0.0, np.inf]])
+    np.testing.assert_array_equal(model.bounded(u), [True, False, False, False])
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"symmetries": ((-1,),)}, "is not 3 signs"),
+        ({"symmetries": ((-1, -1, 2),)}, "is not 3 signs"),
+        ({"section": Section("w")}, "section is of w, which is no state; the states are x, y, z"),
+        ({"section": Section("x", direction="left")}, "direction is left; up, down or both"),
+        ({"bound": 0}, "are lengths"),
+        ({"name": "my model"}, "cannot be the name of a model"),
+        ({"states": (State("x", circle=-1), State("y"), State("z"))}, "are lengths"),
+    ],
+)
+def test_model_refuses_parts_that_do_not_fit(changes: dict[str, object], says: str) -> None:
+    with pytest.raises(ModelError, match=says):
+        replace(load_model("lorenz"), **changes)  # type: ignore[arg-type]

@@ -86,15 +86,15 @@ def test_rational_and_irrational_equations_are_compiled() -> None:
         (lambda x: (sp.Piecewise((x, sp.Xor(x > 0, x > 1)), (0, True)),), "condition .* cannot be compiled"),
         (lambda x: (x + sp.zoo,), "not a finite real number"),
         (lambda x: (x * sp.sqrt(-1),), "not a finite real number"),
-        (lambda x: (math.sin(x),), "cannot be evaluated with symbols.*quavsweep.models.function"),
-        (lambda x: (np.sin(x),), "cannot be evaluated with symbols.*quavsweep.models.function"),
+        (lambda x: (math.sin(x),), r"test_program.py:\d+: .* only numbers got a state.*quavsweep.models.function"),
+        (lambda x: (np.sin(x),), r"test_program.py:\d+: .* only numbers got a state.*quavsweep.models.function"),
         (
             lambda x: (max(x, 0),),
-            "`if`, `min` or `max` decides by a state or parameter; use where, minimum and maximum",
+            r"test_program.py:\d+: .*`if`.* decides by a state or parameter; use where, minimum and maximum",
         ),
-        (lambda x: ((x > 0) * x,), "cannot be evaluated with symbols"),
-        (lambda x: (x, x), "1 states but 2 derivatives"),
-        (lambda x: (1.0 if x > 0 else -1.0,), "cannot be evaluated with symbols"),
+        (lambda x: ((x > 0) * x,), "TypeError: unsupported operand"),
+        (lambda x: (x, x), "2 derivatives for 1 states"),
+        (lambda x: (1.0 if x > 0 else -1.0,), "`if`.* decides by a state or parameter"),
     ],
 )
 def test_what_cannot_be_compiled_is_named(function: object, says: str) -> None:

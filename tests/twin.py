@@ -12,24 +12,31 @@ from quavsweep.models import Model
 TINY = 1e-30  # step of the complex step derivative; its error is of the order of its square
 
 
-def rhs(model: Model, u: Sequence[float], p: Sequence[float]) -> list[float]:
-    return list(model.rhs(*u, *p))
+def rhs(model: Model, u: Sequence[float], p: Sequence[float], t: float = 0.0) -> list[float]:
+    return list(model.field(u, p, t))
 
 
-def tangent(model: Model, u: Sequence[float], q: Sequence[float], p: Sequence[float]) -> list[float]:
+def tangent(model: Model, u: Sequence[float], q: Sequence[float], p: Sequence[float], t: float = 0.0) -> list[float]:
     """Return the Jacobian times a vector by a complex step."""
     moved = [complex(x, TINY * v) for x, v in zip(u, q, strict=True)]
-    return [complex(f).imag / TINY for f in model.rhs(*moved, *p)]
+    return [complex(f).imag / TINY for f in model.field(moved, p, t)]
 
 
 def step(
-    model: Model, u: list[float], frame: list[list[float]], p: Sequence[float], dt: float, method: ButcherTable = RK4
+    model: Model,
+    u: list[float],
+    frame: list[list[float]],
+    p: Sequence[float],
+    dt: float,
+    method: ButcherTable = RK4,
+    t: float = 0.0,
 ) -> tuple[list[float], list[list[float]]]:
     """Return state and tangent vectors after one step, by the table as textbooks write it."""
     start, slopes = [u, *frame], []
     for row in method.a:
         y, *w = [_moved(x, [k[m] for k in slopes], row, dt) for m, x in enumerate(start)]
-        slopes.append([rhs(model, y, p), *(tangent(model, y, q, p) for q in w)])
+        now = t + dt * sum(map(float, row))
+        slopes.append([rhs(model, y, p, now), *(tangent(model, y, q, p, now) for q in w)])
     first, *rest = [_moved(x, [k[m] for k in slopes], method.b, dt) for m, x in enumerate(start)]
     return first, rest
 
@@ -63,7 +70,7 @@ def lyapunov(
     """Return the final state and the growth of ln of each vector after so many steps."""
     growth = [0.0] * len(frame)
     for n in range(1, steps + 1):
-        u, frame = step(model, u, frame, p, dt)
+        u, frame = step(model, u, frame, p, dt, t=(n - 1) * dt)
         if n % block == 0:
             frame, factors = gram_schmidt(frame)
             growth = [g + math.log(f) for g, f in zip(growth, factors, strict=True)]

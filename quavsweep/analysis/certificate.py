@@ -56,7 +56,7 @@ class Ends:
 
 
 def examine(program: Program, method: ButcherTable, dt: float, u: np.ndarray, coefficients: np.ndarray) -> Ends:
-    """Say which states are bound to end in an equilibrium.
+    """Say which states are bound to end in an equilibrium; of forced systems nothing is known.
 
     Parameters
     ----------
@@ -71,6 +71,8 @@ def examine(program: Program, method: ButcherTable, dt: float, u: np.ndarray, co
     resting = np.zeros(n, dtype=bool)
     points = np.full((n, dimension), np.nan)
     values = np.full((n, dimension), complex(np.nan, np.nan))
+    if program.forced:
+        return Ends(inside, resting, points, values)
     found, equilibrium = newton(program, u, coefficients)
     near = np.flatnonzero(found)
     if near.size:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 
+from quavsweep.analysis.floquet import floquet
 from quavsweep.analysis.flow import Flow
 from quavsweep.analysis.returns import (
     MOST_HITS,
@@ -23,7 +23,7 @@ from quavsweep.analysis.returns import (
     size,
     strobed,
 )
-from quavsweep.analysis.shooting import METHOD, Closed, Shooting, floquet, grade
+from quavsweep.analysis.shooting import METHOD, Closed, Shooting, grade
 from quavsweep.analysis.tour import Guide, Tour
 from quavsweep.analysis.tube import UNIT, examine_tube
 from quavsweep.clock import Clock
@@ -126,10 +126,11 @@ class CycleSearch:
     def __init__(self, model: Model, program: Program, method: ButcherTable, clock: Clock, lanes: int) -> None:
         self._model, self._program, self._method, self._dt = model, program, method, clock.dt
         self._flow = Flow(program, lanes)
-        self._step = self._dt * (1 if method.order >= METHOD.order else RATIO)
+        # Across a kink no method has a high order.
+        self._step = self._dt * (1 if method.order >= METHOD.order or program.switches else RATIO)
         self._event, self._direction = section_of(model, program)
         self._circle = circles(model)
-        self._forced = model.forcing_period is not None
+        self._forced = program.forced
         signs = [np.array(s, dtype=float) for s in model.symmetries if any(sign != 1 for sign in s)]
         self._guide = Guide(self._flow, self._event, self._direction, signs, self._circle, self._forced)
         section = model.section
@@ -180,13 +181,15 @@ class CycleSearch:
         with np.errstate(all="ignore"):
             multiple = np.ones(len(u), dtype=int)
             if self._forced:
-                multiple = np.maximum(np.rint(period / self._forcing(parameters)).astype(int), 1)
+                multiple = np.maximum(np.rint(period / self._program.forcing_periods(parameters)).astype(int), 1)
             amplitude = np.empty_like(u)
             steps = grade(period / self._step)
             for cells, states in self._flow.record(METHOD, u, parameters, period, steps):
                 amplitude[cells] = amplitudes(states, self._circle)
             closed = self._shooting.close(u, period, parameters, amplitude, multiple)
-            return self._describe(closed, self._guide.tour(closed, parameters, multiple), *floquet(closed))
+            return self._describe(
+                closed, self._guide.tour(closed, parameters, multiple), *floquet(self._flow, closed, parameters)
+            )
 
     def _follow(self, u: np.ndarray, parameters: Sequence[np.ndarray], steps: int) -> _Stretch:
         """Follow orbits for so many steps of the sweep."""
@@ -213,7 +216,7 @@ class CycleSearch:
         counts = np.full(n, count)
         if not self._forced:
             return counts, counts * self._step, counts
-        period = self._forcing(parameters)
+        period = self._program.forcing_periods(parameters)
         every = np.ceil(period / self._step * (1 - ROUNDING)).astype(int)
         times = np.maximum(counts // every, 1)
         return times * every, times * period, every
@@ -225,13 +228,13 @@ class CycleSearch:
         hits, rows = stretch.hits, np.arange(len(count))
         period, multiple = hits.time[:, 0] - hits.time[rows, count], np.ones_like(count)
         if self._forced:
-            period, multiple = self._forcing(parameters) * count, count
+            period, multiple = self._program.forcing_periods(parameters) * count, count
         closed = self._shooting.close(hits.state[:, 0], period, parameters, stretch.amplitude, multiple)
-        multipliers, exponents = floquet(closed)
-        radius = self._radius(multipliers)
+        multipliers, exponents = floquet(self._flow, closed, parameters)
+        slowest = self._slowest(multipliers)
         doubled = closed.found & (multipliers.real.min(axis=1) <= -UNIT)
         again = np.where(doubled & (hits.count > 2 * count) & (2 * count < MOST_HITS), 2 * count, 0)
-        closed.found[:] &= radius < UNIT
+        closed.found[:] &= np.abs(slowest) < UNIT
         tour = self._guide.tour(closed, parameters, multiple)
         cycles = self._describe(closed, tour, multipliers, exponents)
         again = np.where(closed.found & (tour.least < tour.hits.count), tour.least, again)
@@ -244,7 +247,7 @@ class CycleSearch:
             self._method,
             self._dt,
             closed,
-            radius,
+            slowest,
             scale,
             self._circle,
             parameters,
@@ -255,24 +258,23 @@ class CycleSearch:
 
     def _near(
         self, which: np.ndarray, stretch: _Stretch, parameters: Sequence[np.ndarray], count: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the last hits and those `count` before, (n, D), of the cells that are asked for exactly."""
-        hits, rows = stretch.hits, np.arange(len(count))
-        near = hits.state[:, 0].copy(), hits.state[rows, count]
+    ) -> list[np.ndarray]:
+        """Return the last hits and those `count` and twice as many before, (n, D), exactly where asked for."""
+        hits, rows, cells = stretch.hits, np.arange(len(count)), np.flatnonzero(which)
+        columns = [np.minimum(turns * count, hits.time.shape[1] - 1) for turns in (0, 1, 2)]
+        near = [hits.state[rows, column] for column in columns]
         if not self._forced:
-            cells = np.flatnonzero(which)
             c = self._program.coefficient_values([p[cells] for p in parameters])
-            for state, column in zip(near, (np.zeros_like(cells), count[cells]), strict=True):
-                state[cells] = self._guide.exact(hits.begin[cells, column], c, stretch.dt[cells])[1]
+            for state, column in zip(near, columns, strict=True):
+                state[cells] = self._guide.exact(hits.begin[cells, column[cells]], c, stretch.dt[cells])[1]
         return near
 
-    def _radius(self, multipliers: np.ndarray) -> np.ndarray:
-        """Return the size of the largest multiplier but the neutral one, which forced systems do not have, (n,)."""
-        sizes = np.abs(multipliers)
+    def _slowest(self, multipliers: np.ndarray) -> np.ndarray:
+        """Return the multiplier of largest size but the neutral one, which forced systems do not have, (n,)."""
+        sizes, rows = np.abs(multipliers), np.arange(len(multipliers))
         if not self._forced:
-            neutral = np.argmin(np.abs(multipliers - 1.0), axis=1)
-            sizes[np.arange(len(sizes)), neutral] = 0.0
-        return np.asarray(sizes.max(axis=1))
+            sizes[rows, np.argmin(np.abs(multipliers - 1.0), axis=1)] = -1.0
+        return np.asarray(multipliers[rows, np.argmax(sizes, axis=1)])
 
     def _describe(self, closed: Closed, tour: Tour, multipliers: np.ndarray, exponents: np.ndarray) -> Cycles:
         """Return closed orbits as cycles, with the hits of their least period."""
@@ -281,11 +283,3 @@ class CycleSearch:
             resting = closed.found & (tour.amplitude <= REST * (1.0 + np.abs(closed.point))).all(axis=1)
         found = closed.found & (tour.least > 0)
         return Cycles(found, resting, closed.period, tour.least, tour.symmetry, tour.point, multipliers, exponents)
-
-    def _forcing(self, parameters: Sequence[np.ndarray]) -> np.ndarray:
-        """Return the periods of the forcing, (n,)."""
-        period = self._model.forcing_period
-        assert period is not None
-        named = dict(zip(self._model.parameter_names, parameters, strict=True))
-        wanted = {name: named[name] for name in inspect.signature(period).parameters}
-        return np.broadcast_to(np.asarray(period(**wanted), dtype=float), (len(parameters[0]),))

@@ -12,13 +12,20 @@ CONVERGED = 1e-12  # last step against 1 + |u*|
 ROUNDING = 1e-15  # a step so small against 1 + |u*| changes nothing but rounding
 
 
-def vector_field(program: Program, u: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+Time = np.ndarray | float | None  # of a forced system, in a shape that broadcasts with the states; else None
+
+
+def vector_field(
+    program: Program, u: np.ndarray, coefficients: np.ndarray, t: Time = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Return derivatives and Jacobian matrices of n cells.
 
     Parameters
     ----------
     u : (n, D) float64
     coefficients : (C, n) float64
+    t : (n,) float64 or float, optional
+        Time, needed if the system is forced.
 
     Returns
     -------
@@ -27,7 +34,7 @@ def vector_field(program: Program, u: np.ndarray, coefficients: np.ndarray) -> t
     """
     n, dimension = u.shape
     outputs = [*program.rhs, *(entry for row in program.jacobian for entry in row)]
-    values = program.evaluate(outputs, program.names(np.ascontiguousarray(u.T), coefficients))
+    values = program.evaluate(outputs, program.names(np.ascontiguousarray(u.T), coefficients, t))
     table = np.empty((len(outputs), n))
     for row, value in zip(table, values, strict=True):
         row[...] = value
@@ -35,20 +42,22 @@ def vector_field(program: Program, u: np.ndarray, coefficients: np.ndarray) -> t
     return np.ascontiguousarray(table[:dimension].T), np.ascontiguousarray(jacobian.transpose(2, 0, 1))
 
 
-def derivatives(program: Program, u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+def derivatives(program: Program, u: np.ndarray, coefficients: np.ndarray, t: Time = None) -> np.ndarray:
     """Return the derivatives of states in columns.
 
     Parameters
     ----------
     u : (D, ...) float64
     coefficients : (C, ...) float64, in shapes that broadcast with the states
+    t : (...) float64 or float, optional
+        Time, needed if the system is forced.
 
     Returns
     -------
     (D, ...) float64
     """
     table = np.empty_like(u)
-    for row, value in zip(table, program.evaluate(program.rhs, program.names(u, coefficients)), strict=True):
+    for row, value in zip(table, program.evaluate(program.rhs, program.names(u, coefficients, t)), strict=True):
         row[...] = value
     return table
 
@@ -90,7 +99,7 @@ def norm(x: np.ndarray) -> np.ndarray:
 
 
 def newton(program: Program, u: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the equilibria that Newton's method reaches at once from the given states.
+    """Return the equilibria that Newton's method reaches at once from the given states of an autonomous system.
 
     A state counts only if the second step is much smaller than the first: elsewhere Newton wanders, and no
     certificate could hold so far from an equilibrium.

@@ -6,20 +6,21 @@ from collections.abc import Callable
 
 import numpy as np
 
-from quavsweep.analysis.equilibrium import derivatives
+from quavsweep.analysis.equilibrium import Time, derivatives
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
 
 ITERATIONS = 12  # of the Illinois method, of order 1.44: the bracket is below rounding long before
 
-Event = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of states (D, n) and coefficients (C, n) to (n,)
+# Of states (D, n), coefficients (C, n) and, in forced systems, time to (n,).
+Event = Callable[..., np.ndarray]
 
 
 def slope(program: Program, index: int) -> Event:
     """Return the event that a state turns: its derivative, downward at a maximum."""
 
-    def event(u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        (value,) = program.evaluate([program.rhs[index]], program.names(u, coefficients))
+    def event(u: np.ndarray, coefficients: np.ndarray, t: Time = None) -> np.ndarray:
+        (value,) = program.evaluate([program.rhs[index]], program.names(u, coefficients, t))
         return np.broadcast_to(value, u.shape[1:])
 
     return event
@@ -39,7 +40,9 @@ def crossings(before: np.ndarray, after: np.ndarray, direction: str) -> np.ndarr
     return np.asarray((before < 0) & (after >= 0) if direction == "up" else (before > 0) & (after <= 0))
 
 
-def step(program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+def step(
+    program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, coefficients: np.ndarray, t: Time = None
+) -> np.ndarray:
     """Return the states after a step of a length of its own for each.
 
     Parameters
@@ -47,12 +50,23 @@ def step(program: Program, method: ButcherTable, dt: np.ndarray, u: np.ndarray, 
     dt : (n,) float64
     u : (D, n) float64
     coefficients : (C, n) float64
+    t : (n,) float64 or float, optional
+        Time at the start of the step, needed if the system is forced.
     """
     slopes: list[np.ndarray] = []
-    for row in method.a:
+    for row, node in zip(method.a, method.nodes, strict=True):
         shift = sum((float(a) * k for a, k in zip(row, slopes, strict=True) if a), start=np.zeros_like(u))
-        slopes.append(derivatives(program, u + dt * shift, coefficients))
+        slopes.append(derivatives(program, u + dt * shift, coefficients, _later(t, float(node) * dt)))
     return np.asarray(u + dt * sum((float(b) * k for b, k in zip(method.b, slopes, strict=True)), start=0.0))
+
+
+def _later(t: Time, by: np.ndarray) -> Time:
+    return None if t is None else t + by
+
+
+def _told(t: Time, by: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return a later time as events take it: not at all where there is none."""
+    return () if t is None else (t + by,)
 
 
 def locate(
@@ -62,6 +76,7 @@ def locate(
     event: Event,
     u: np.ndarray,
     coefficients: np.ndarray,
+    t: Time = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return when, and in which state, an event happens within the step that starts at `u`.
 
@@ -75,6 +90,8 @@ def locate(
     u : (D, n) float64
         States from which a whole step crosses zero.
     coefficients : (C, n) float64
+    t : (n,) float64 or float, optional
+        Time at the start of the step, needed if the system is forced.
 
     Returns
     -------
@@ -87,15 +104,18 @@ def locate(
     .. [1] M. Dowell, P. Jarratt, BIT 11, 168 (1971).
     """
     low, high = np.zeros(u.shape[1]), np.zeros(u.shape[1]) + dt
-    at_low = event(u, coefficients)
-    at_high = event(step(program, method, high, u, coefficients), coefficients)
+
+    def after(time: np.ndarray) -> np.ndarray:
+        return event(step(program, method, time, u, coefficients, t), coefficients, *_told(t, time))
+
+    at_low, at_high = event(u, coefficients, *_told(t, low)), after(high)
     time = high
     for _ in range(ITERATIONS):
         rise = at_high - at_low
         time = np.where(rise == 0, high, (low * at_high - high * at_low) / np.where(rise == 0, 1.0, rise))
-        value = event(step(program, method, time, u, coefficients), coefficients)
+        value = after(time)
         opposite = value * at_high <= 0
         # An end that stays counts half from then on, so that both ends move.
         low, at_low = np.where(opposite, high, low), np.where(opposite, at_high, 0.5 * at_low)
         high, at_high = time, value
-    return time, step(program, method, time, u, coefficients)
+    return time, step(program, method, time, u, coefficients, t)

@@ -73,7 +73,7 @@ class Crossings:
     Parameters
     ----------
     event : callable
-        From states (D, ...) and coefficients (C, ...) to values.
+        From states (D, ...), coefficients (C, ...) and time to values.
     direction : str
         `up`, `down`, `both` or `beyond`, see `crossings`.
     first, last : int
@@ -92,7 +92,9 @@ class Crossings:
         if chunk.last <= self.first or chunk.first >= self.last:
             return
         coefficients = self.scene.coefficients[:, None, chunk.cells]
-        value = self.event(chunk.u.transpose(1, 0, 2), coefficients)
+        clock, steps = self.scene.clock, np.arange(chunk.first, chunk.last + 1)[:, None]
+        time = (clock.phase(steps),) if clock.period_steps else ()
+        value = self.event(chunk.u.transpose(1, 0, 2), coefficients, *time)
         steps, column = np.nonzero(crossings(value[:-1], value[1:], self.direction))
         inside = (chunk.first + steps >= self.first) & (chunk.first + steps < self.last)
         steps, column = steps[inside], column[inside]
@@ -107,9 +109,10 @@ class Crossings:
         self._marked.clear()
         order = np.lexsort((steps, cells))
         cells, steps, u = cells[order], steps[order], u[order].T
-        scene = self.scene
-        time, state = locate(scene.program, scene.method, scene.clock.dt, self.event, u, scene.coefficients[:, cells])
-        return cells, steps * scene.clock.dt + time, state.T
+        scene, clock = self.scene, self.scene.clock
+        c, t = scene.coefficients[:, cells], clock.phase(steps)
+        time, state = locate(scene.program, scene.method, clock.dt, self.event, u, c, t)
+        return cells, steps * clock.dt + time, state.T
 
 
 class Watcher:
@@ -152,7 +155,7 @@ class SampleWatcher(Watcher):
         first = scene.clock.transient_steps
         if samples.section is not None:
             index, at = scene.state(samples.section.of), samples.section.at
-            self._crossings = Crossings(scene, lambda u, c: u[index] - at, samples.section.direction, first, _END)
+            self._crossings = Crossings(scene, lambda u, c, *t: u[index] - at, samples.section.direction, first, _END)
         else:
             event = slope(scene.program, scene.state(samples.maxima or scene.model.state_names[0]))
             self._crossings = Crossings(scene, event, "down", first, _END)
@@ -220,7 +223,7 @@ class FirstTimeWatcher(Watcher):
         self._scene, self._index, self._limit = scene, index, limit
         self._sign = sign = 1.0 if direction == "up" else -1.0
         last = first_time.hold(scene.clock)
-        self._crossings = Crossings(scene, lambda u, c: sign * (u[index] - limit), "beyond", 0, last)
+        self._crossings = Crossings(scene, lambda u, c, *t: sign * (u[index] - limit), "beyond", 0, last)
 
     def see(self, chunk: Chunk) -> None:
         """Mark the crossings of a chunk; an orbit may begin beyond the limit."""

@@ -76,8 +76,14 @@ def section_of(model: Model, program: Program) -> tuple[Event, str]:
     index = model.state_names.index(section.of) if section else 0
     if section is None or section.at is None:
         return slope(program, index), "down"
-    at = section.at
-    return (lambda u, coefficients: np.asarray(u[index] - at)), section.direction
+    at, circle = section.at, model.states[index].circle
+    rate = 2 * np.pi / circle if circle else 0.0
+
+    def event(u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        # An angle is at its value once a turn, and half a turn away it crosses zero against the direction.
+        return np.asarray(np.sin(rate * (u[index] - at)) / rate if rate else u[index] - at)
+
+    return event, section.direction
 
 
 def circles(model: Model) -> np.ndarray:

@@ -7,9 +7,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from quavsweep.analysis.equilibrium import eigensystem, norm, solve, vector_field
+from quavsweep.analysis.equilibrium import norm, solve, vector_field
 from quavsweep.analysis.event import Event
 from quavsweep.analysis.flow import Flow
+from quavsweep.analysis.kink import tangent_across
 from quavsweep.analysis.returns import shortest, size
 from quavsweep.kernels.method import METHODS
 
@@ -19,11 +20,10 @@ ITERATIONS = 8
 COARSE, FINE = 1e-4, 1e-10  # size of Newton's last step against the amplitude, with long steps and with short ones
 FARTHEST = 0.3  # a step of Newton's method beyond this many amplitudes means that no cycle is near
 LOOSEST = 0.1  # change of the period against its first guess beyond which it is another cycle
-NEUTRAL = 1e-9  # wanted of the neutral exponent, 1/time
+NEUTRAL = 1e-10  # wanted of the neutral exponent, 1/time
 ACCEPTED = 1e-8  # of the neutral exponent, where no halving of the step brings it lower
-ACCEPTED_KINK = 0.02  # of the neutral multiplier, where the equations have kinks
-HALVINGS, HALVINGS_KINK = 3, 6
-LOST = 1e-11  # a multiplier below this share of the derivative's norm is rounding
+HALVINGS = 3
+GAIN = 100.0  # by which a halving of the step makes errors smaller, at least
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,8 @@ class Closed:
     velocity : (n, D) float64
         The derivative of the state at the point.
     error : (n,) float64
-        How far the derivative is from leaving the velocity as it is, relative; forced systems: what the last halving
-        of the step changed, against the amplitude.
+        Estimate, the larger of two: what the last halving of the step moved the point by, in amplitudes, over `GAIN`;
+        and in autonomous systems, how far the derivative is from leaving the velocity as it is, relative.
     steps : (n,) int
         Steps of a period that were needed.
     """
@@ -135,14 +135,13 @@ class Shooting:
         closed = self._newton(u, period, parameters, amplitude, steps, COARSE)
         open_ = np.flatnonzero(closed.found)
         closed.found[:] = False
-        kinks = bool(self.flow.program.switches)
-        for halving in range(1, (HALVINGS_KINK if kinks else HALVINGS) + 1):
+        for halving in range(1, HALVINGS + 1):
             if not open_.size:
                 break
             own, start = [p[open_] for p in parameters], closed.take(open_)
             finer = self._newton(start.point, start.period, own, amplitude[open_], steps[open_] * 2**halving, FINE)
             goal = np.minimum(NEUTRAL * finer.period, NEUTRAL)
-            accepted = ACCEPTED_KINK if kinks else np.minimum(ACCEPTED * finer.period, ACCEPTED)
+            accepted = np.minimum(ACCEPTED * finer.period, ACCEPTED)
             closed.put(open_, finer)
             closed.found[open_] &= finer.error <= accepted
             open_ = open_[finer.found & ~(finer.error <= goal)]
@@ -162,13 +161,13 @@ class Shooting:
         closed = Closed.none(*u.shape)
         closed.point[:], closed.period[:], closed.steps[:] = u, period, steps
         coefficients = self.flow.program.coefficient_values(parameters)
-        open_ = np.arange(len(u))
+        open_, shifted = np.arange(len(u)), np.zeros(len(u))
         for iteration in range(ITERATIONS):
             if not open_.size:
                 break
             x, time, c = closed.point[open_], closed.period[open_], coefficients[:, open_]
             own = [p[open_] for p in parameters]
-            end, derivative, volume = self.flow.tangent(METHOD, x, own, time, steps[open_])
+            end, derivative, volume = self._run(x, own, time, steps[open_])
             gap = shortest(end - x, self.circle)
             if self.event is None:
                 velocity = np.zeros_like(x)
@@ -177,12 +176,12 @@ class Shooting:
                 change, later, velocity = self._bordered(self.event, x, end, gap, derivative, c)
             moved = size(change, amplitude[open_])
             closed.derivative[open_], closed.volume[open_], closed.velocity[open_] = derivative, volume, velocity
+            if iteration == 0:
+                closed.error[open_] = shifted[open_] = moved / GAIN
             if self.event is not None:
                 scaled = velocity / amplitude[open_]
                 kept = np.matmul(derivative, velocity[:, :, None])[:, :, 0] / amplitude[open_]
-                closed.error[open_] = norm(kept - scaled) / norm(scaled)
-            elif iteration == 0:
-                closed.error[open_] = moved
+                closed.error[open_] = np.maximum(shifted[open_], norm(kept - scaled) / norm(scaled))
             closed.point[open_] = x + change
             closed.period[open_] = time + later
             near = (moved <= FARTHEST) & (np.abs(closed.period[open_] - guess[open_]) <= LOOSEST * guess[open_])
@@ -190,6 +189,13 @@ class Shooting:
             closed.found[open_[done]] = True
             open_ = open_[near & ~done]
         return closed
+
+    def _run(
+        self, u: np.ndarray, parameters: Sequence[np.ndarray], time: np.ndarray, steps: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        if self.flow.program.switches and self.event is not None:
+            return tangent_across(self.flow, METHOD, u, parameters, time, steps)
+        return self.flow.tangent(METHOD, u, parameters, time, steps)
 
     def _bordered(
         self,
@@ -217,24 +223,3 @@ def _table(derivative: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Return the equations (M - I) x = right as `solve` takes them, (D, D + 1, n)."""
     matrix = derivative - np.eye(derivative.shape[-1])
     return np.concatenate([matrix, right[:, :, None]], axis=2).transpose(1, 2, 0).copy()
-
-
-def floquet(closed: Closed) -> tuple[np.ndarray, np.ndarray]:
-    """Return Floquet multipliers, (n, D) complex128, largest size first, and exponents, (n, D), largest first.
-
-    A multiplier that is lost in the rounding of the derivative is taken from the growth of volume, which all of them
-    make together; if several are lost, their exponents are NaN. No exponent is set to zero.
-    """
-    values, _ = eigensystem(np.where(closed.found[:, None, None], closed.derivative, 0.0))
-    order = np.lexsort((-values.imag, -np.abs(values)), axis=-1)
-    values = np.take_along_axis(values, order, axis=-1)
-    with np.errstate(all="ignore"):
-        growth = np.log(np.abs(values))
-        lost = np.abs(values) <= LOST * np.abs(closed.derivative).max(axis=(1, 2))[:, None]
-        rest = closed.volume - np.where(lost, 0.0, growth).sum(axis=1)
-        growth = np.where(lost, np.where(lost.sum(axis=1) == 1, rest, np.nan)[:, None], growth)
-        sign = np.sign(np.where(lost, 1.0, values).prod(axis=1).real)  # a flow keeps the orientation
-        values = np.where(lost, sign[:, None] * np.exp(growth), values)
-        exponents = growth / closed.period[:, None]
-    values[~closed.found], exponents[~closed.found] = complex(np.nan, np.nan), np.nan
-    return values, exponents

@@ -14,6 +14,7 @@ from quavsweep.analysis.shooting import METHOD, Closed
 from quavsweep.codes import CycleSymmetry
 
 SAME = 1e-6  # distance in amplitudes below which two exact hits are one
+FINER = 16  # steps for one, where equations have kinks
 
 Marks = list[tuple[np.ndarray, np.ndarray, np.ndarray]]  # cells, steps, and the states at their beginnings
 
@@ -119,12 +120,14 @@ class Guide:
 
         They begin half a step behind the point, so that it is hit within a step and not at its end.
         """
-        amplitude, dt = np.empty_like(closed.point), closed.period / closed.steps
+        # Steps across a kink are of low order, so there they have to be short.
+        steps = closed.steps * (FINER if self.flow.program.switches else 1)
+        amplitude, dt = np.empty_like(closed.point), closed.period / steps
         c = self.flow.program.coefficient_values(parameters)
         start = step(self.flow.program, METHOD, 0.5 * dt, closed.point.T, c).T
         views = [None, *self.signs]
         marks: list[Marks] = [[] for _ in views]
-        for cells, states in self.flow.record(METHOD, start, parameters, closed.period, closed.steps):
+        for cells, states in self.flow.record(METHOD, start, parameters, closed.period, steps):
             amplitude[cells] = amplitudes(states, self.circle)
             for found, signs in zip(marks, views, strict=True):
                 at, column = crossed(self._seen(signs), self.direction, states, c[:, cells])

@@ -9,8 +9,11 @@ by less than s, which lies half way from its spectral radius to 1.
 along the axes of the ellipsoid |z| <= radius. From this,
 
 - e, by how much the method's return map moves x*, and q, the norm of its derivative there;
-- the radius: twice the distance of the orbit's hits from x*, and not less than 4 e / (1 - q);
+- the radius: the distance of the orbit's last hit from x* and a quarter more, and not less than 4 e / (1 - q);
 - at the displaced points, the norm of the derivative stays below (1 + q) / 2, and so do the images' distances.
+
+Where the largest multiplier is negative, all this is done with two periods: close to a doubling the derivative of one
+is larger than 1 on one side of x*, but the next return makes up for it.
 
 *What follows:* if the derivative's norm is below (1 + q) / 2 on the whole ellipsoid, the return map takes the ellipsoid
 into itself, for e + radius (1 + q) / 2 < radius, and contracts there: the orbit ends on the method's cycle inside.
@@ -18,7 +21,7 @@ into itself, for e + radius (1 + q) / 2 < radius, and contracts there: the orbit
 *What is only checked:* that norm between the points at which it was computed, which lie WIDTH times farther out than
 the orbit; the derivative changes little so near (its change is of the order of the displacement, and the ellipsoid may
 not exceed a share of the amplitude). Rounding is not followed. The step is that of the sweep up to a tenth longer, so
-that it divides the period.
+that it divides the period. Where the equations have kinks, the derivative is that of the flow.
 """
 
 from __future__ import annotations
@@ -30,10 +33,12 @@ import numpy as np
 
 from quavsweep.analysis.equilibrium import norm
 from quavsweep.analysis.flow import Flow
+from quavsweep.analysis.kink import tangent_across
 from quavsweep.analysis.returns import shortest
-from quavsweep.analysis.shooting import Closed
+from quavsweep.analysis.shooting import METHOD, Closed
 from quavsweep.kernels.method import ButcherTable
 
+ROOM = 1.25  # radius of the tube against the distance of the orbit
 WIDTH = 4.0  # radii at which the derivative is computed
 DOUBLINGS = 24  # of the sum of the metric: 2^24 terms
 UNIT = 1.0 - 1e-6  # largest size of a multiplier whose cycle is certified
@@ -121,7 +126,7 @@ def examine_tube(
     method: ButcherTable,
     dt: float,
     closed: Closed,
-    radius: np.ndarray,
+    slowest: np.ndarray,
     amplitude: np.ndarray,
     circle: np.ndarray,
     parameters: Sequence[np.ndarray],
@@ -136,27 +141,30 @@ def examine_tube(
         Those of the sweep.
     closed : Closed
         n cycles.
-    radius : (n,) float64
-        Size of the largest multiplier but the neutral one.
+    slowest : (n,) complex128
+        The multiplier of largest size but the neutral one.
     amplitude : (n, D) float64
-    hits : pair of (n, D) float64
-        The orbit's last hit near the cycle's point, and the hit a period before.
+    hits : three of (n, D) float64
+        The orbit's last hit near the cycle's point, and those one period and two before; NaN where there is none.
     multiple : (n,) int or None
         Periods of the forcing in one of the cycle; None for an autonomous system, whose velocity is neutral.
     """
-    n = len(radius)
+    n = len(slowest)
     tube = Tube(np.zeros(n, dtype=bool), *(np.full(n, np.nan) for _ in range(3)))
-    good = np.flatnonzero(closed.found & (radius < UNIT))
+    good = np.flatnonzero(closed.found & (np.abs(slowest) < UNIT))
     if not good.size:
         return tube
-    part, own, amplitude = closed.take(good), [p[good] for p in parameters], amplitude[good]
-    frame = _frame(part, radius[good], amplitude, circle, multiple is not None)
-    last, before = (frame.distance(hit[good]) for hit in hits)
-    steps = _grade(part.period / dt, None if multiple is None else multiple[good])
+    part, own, amplitude, slowest = closed.take(good), [p[good] for p in parameters], amplitude[good], slowest[good]
+    frame = _frame(part, np.abs(slowest), amplitude, circle, multiple is not None)
+    last, once, twice = (frame.distance(hit[good]) for hit in hits)
+    turns = np.where(slowest.real < 0, 2, 1)
+    before = np.where((turns == 2) & np.isfinite(twice), twice, once)
+    steps = _grade(turns * part.period / dt, None if multiple is None else turns * multiple[good])
     with np.errstate(all="ignore"):
-        missed, norm_ = _runs(flow, method, part, own, frame, part.point, steps)
-        size = np.maximum(2.0 * np.maximum(last, before), 4.0 * missed / (1.0 - norm_))
-        settles = last <= 0.5 * (1.0 + norm_) * before + missed + frame.noise()
+        missed, norm_ = _runs(flow, method, part, own, frame, part.point, turns, steps)
+        floor = 4.0 * missed / (1.0 - norm_)
+        size = np.maximum(ROOM * last, floor)
+        settles = last <= np.maximum(0.5 * (1.0 + norm_) * before + missed + frame.noise(), floor)
         slim = WIDTH * size * frame.extent() <= SLIM
         inside = (norm_ < 1.0) & settles & slim
         largest = norm_.copy()
@@ -165,7 +173,7 @@ def examine_tube(
             some, theirs, narrow = part.take(near), [p[near] for p in own], frame.take(near)
             limit = 0.5 * (1.0 + norm_[near])
             for point in narrow.rim(WIDTH * size[near]):
-                distance, stretched = _runs(flow, method, some, theirs, narrow, point, steps[near])
+                distance, stretched = _runs(flow, method, some, theirs, narrow, point, turns[near], steps[near])
                 inside[near] &= (stretched < limit) & (distance < limit * WIDTH * size[near] + missed[near])
                 largest[near] = np.maximum(largest[near], stretched)
     tube.inside[good], tube.level[good], tube.radius[good], tube.contraction[good] = inside, last, size, largest
@@ -211,9 +219,12 @@ def _runs(
     parameters: Sequence[np.ndarray],
     frame: _Frame,
     start: np.ndarray,
+    turns: np.ndarray,
     steps: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Run the method over a period; return how far from the cycle it ends, and the norm of the derivative."""
-    end, derivative, _ = flow.tangent(method, start, parameters, closed.period, steps)
+    """Run the method over one period or two; return how far from the cycle it ends, and the norm of the derivative."""
+    end, derivative, _ = flow.tangent(method, start, parameters, turns * closed.period, steps)
+    if flow.program.switches and frame.heading is not None:
+        derivative = tangent_across(flow, METHOD, start, parameters, turns * closed.period, turns * closed.steps)[1]
     velocity = flow.velocity(end, parameters) if frame.heading is not None else np.zeros_like(end)
     return frame.distance(end, velocity), frame.stretching(derivative, velocity)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from quavsweep.cli.describe import numbers
-from quavsweep.cli.option import PATH, KeyValue, Limits
+from quavsweep.cli.option import PATH, KeyValue, Limits, model_option
 from quavsweep.cli.text import say, table, warn
 from quavsweep.errors import DamageError
 
@@ -72,7 +72,10 @@ def plot(
 @click.argument("values", metavar="KEY=VALUE...", nargs=-1, type=KeyValue())
 @click.option("--out", type=PATH, metavar="FILE", help="PNG, PDF or SVG; default point.png in DIR, or here.")
 @click.option("--no-plot", is_flag=True, help="Only print the numbers.")
-def point(source: Path, values: tuple[tuple[str, float], ...], out: Path | None, no_plot: bool) -> None:
+@model_option
+def point(
+    source: Path, values: tuple[tuple[str, float], ...], out: Path | None, no_plot: bool, model: Path | None
+) -> None:
     """Compute one cell, to the bit the map's, and draw its orbit.
 
     \b
@@ -89,7 +92,7 @@ def point(source: Path, values: tuple[tuple[str, float], ...], out: Path | None,
     folder = RunFolder(source) if source.is_dir() else None
     if folder is not None:
         folder.must_exist()
-    single = compute_point(load_sweep(folder.config if folder else source), dict(values))
+    single = compute_point(load_sweep(folder.config if folder else source, model=model), dict(values))
     rows = numbers(single, dict(values))
     different: list[str] = []
     if folder is not None and single.indices is not None and folder.result.is_file():

@@ -74,6 +74,13 @@ class Limits(click.ParamType):  # type: ignore[type-arg]
 
 
 PATH = PathType()
+model_option = click.option(
+    "--model",
+    "model",
+    type=PATH,
+    metavar="FILE",
+    help="The Python file of a model that is not of the catalogue; it is run.",
+)
 changes_option = click.option(
     "--set",
     "changes",

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from quavsweep.cli.describe import described, shares
-from quavsweep.cli.option import PATH, Seconds, changes_option
+from quavsweep.cli.option import PATH, Seconds, changes_option, model_option
 from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, amount, count, duration, say, table, warn
 from quavsweep.errors import QuavsweepError, TilesFailedError
 
@@ -35,6 +35,7 @@ no_plot_option = click.option("--no-plot", is_flag=True, help="Do not draw map.p
 @click.argument("config", type=PATH)
 @click.option("--out", type=PATH, metavar="DIR", help="Folder of the run; default results/<name>.")
 @changes_option
+@model_option
 @workers_option
 @click.option("--dry-run", is_flag=True, help="Only say what is done and missing, and what the rest would cost.")
 @max_time_option
@@ -45,6 +46,7 @@ def run(
     config: Path,
     out: Path | None,
     changes: tuple[str, ...],
+    model: Path | None,
     workers: int,
     dry_run: bool,
     max_time: float | None,
@@ -59,6 +61,7 @@ def run(
     quavsweep run configs/omega_c.yaml --set axes.c.num=41 --out results/quick
     quavsweep run configs/omega_c.yaml --dry-run
     quavsweep run configs/omega_c.yaml --max-time 3h50m    in a batch job
+    quavsweep run my_config.yaml --model my_model.py       a model of your own
 
     Ctrl-C stops it (exit 75); the same command continues it.
     """
@@ -66,7 +69,7 @@ def run(
     stop = _stop_on_signals(max_time)
     from quavsweep.config import load_sweep
 
-    sweep = load_sweep(config, changes)
+    sweep = load_sweep(config, changes, model)
     for warning in sweep.warnings:
         warn(f"warning: {config}: {warning}")
     if dry_run:
@@ -98,10 +101,13 @@ def run(
 @click.command()
 @click.argument("folder", metavar="DIR", type=PATH)
 @click.option("--duration", type=float, required=True, metavar="T", help="The new duration, after the transient.")
+@model_option
 @workers_option
 @max_time_option
 @no_plot_option
-def extend(folder: Path, duration: float, workers: int, max_time: float | None, no_plot: bool) -> None:
+def extend(
+    folder: Path, duration: float, model: Path | None, workers: int, max_time: float | None, no_plot: bool
+) -> None:
     """Take the run in DIR on to a longer duration, from its checkpoints.
 
     \b
@@ -118,7 +124,7 @@ def extend(folder: Path, duration: float, workers: int, max_time: float | None, 
     failure = None
     with show_progress(folder.name) as shown:
         try:
-            extend_sweep(folder, duration, workers=workers, observe=shown, stop=stop)
+            extend_sweep(folder, duration, model=model, workers=workers, observe=shown, stop=stop)
         except TilesFailedError as error:
             failure = error
     _finish(folder, "", time.monotonic() - begin, shown.cells_run, not no_plot)

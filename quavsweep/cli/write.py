@@ -9,27 +9,33 @@ from pathlib import Path
 
 import click
 
-from quavsweep.cli.option import PATH
+from quavsweep.cli.option import PATH, model_option
 from quavsweep.cli.text import say
 from quavsweep.errors import ConfigError, DiskError
 
 
 @click.command()
-@click.argument("model", default="quadrotor_yaw")
+@click.argument("name", metavar="[MODEL]", required=False)
 @click.option("--out", type=PATH, metavar="FILE", help="File to write; default MODEL.yaml; - prints it.")
-def init(model: str, out: Path | None) -> None:
+@model_option
+def init(name: str | None, out: Path | None, model: Path | None) -> None:
     """Write a commented config for a MODEL, ready to run.
 
     \b
     quavsweep init                  the quadrotor's yaw manoeuvre
     quavsweep init lorenz --out my_lorenz.yaml
+    quavsweep init --model my_model.py
     """
+    from quavsweep.config.model import own_model
     from quavsweep.config.template import make_template
     from quavsweep.models import load_model
 
-    path = out or Path(f"{model}.yaml")
-    name = re.sub(r"[^A-Za-z0-9._-]|^[._-]", "_", path.stem).lstrip("_") or model
-    text = make_template(load_model(model), name if str(path) != "-" else model)
+    if name and model:
+        raise ConfigError(f"{name} is of the catalogue, {model} is not", possible="name one of the two")
+    chosen = own_model(model) if model else load_model(name or "quadrotor_yaw")
+    path = out or Path(f"{chosen.name}.yaml")
+    title = re.sub(r"[^A-Za-z0-9._-]|^[._-]", "_", path.stem).lstrip("_") or chosen.name
+    text = make_template(chosen, title if str(path) != "-" else chosen.name)
     if str(path) == "-":
         say(text.rstrip())
         return
@@ -40,7 +46,8 @@ def init(model: str, out: Path | None) -> None:
         raise ConfigError("exists already", str(path), "name another file with --out") from error
     except OSError as error:
         raise DiskError(f"cannot be written: {error.strerror}", str(path)) from error
-    say(f"{path}: run it with quavsweep run {shlex.quote(str(path))}")
+    own = f" --model {shlex.quote(str(model))}" if model else ""
+    say(f"{path}: run it with quavsweep run {shlex.quote(str(path))}{own}")
 
 
 @click.command()

@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 
 from quavsweep.config.place import Keys
 from quavsweep.config.schema import ENSEMBLE, AnyAxis, AxisSection, Config, EnsembleSection
-from quavsweep.models import NAMES
+from quavsweep.models import POSSIBLE
 
 ONE = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
 MANY = {int: "whole numbers", float: "numbers", str: "words"}
@@ -25,7 +25,7 @@ def section_keys(keys: Keys) -> list[str]:
 def accepted(keys: Keys) -> str:
     """Return what may stand at a key, empty if the schema does not say: `a whole number from 1 to 1000000`."""
     if keys == ("model",):
-        return f"the catalogue has {', '.join(NAMES)}"
+        return POSSIBLE
     kind, info = _at(keys)
     return _words(kind, info.metadata if info else [])
 

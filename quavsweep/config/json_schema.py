@@ -6,12 +6,13 @@ from typing import Any
 
 from quavsweep.config.schema import ENSEMBLE, Config
 from quavsweep.models import NAMES, Model, Parameter, State, load_model
+from quavsweep.models.model import NAME
 
 
 def json_schema() -> dict[str, Any]:
     """Return the schema of configs (JSON Schema 2020-12)."""
     schema = Config.model_json_schema()
-    schema["properties"]["model"]["enum"] = list(NAMES)
+    schema["properties"]["model"] |= {"anyOf": [{"enum": list(NAMES)}, {"pattern": f"^{NAME}$"}]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,

@@ -13,25 +13,40 @@ from quavsweep.config.complaint import first_error
 from quavsweep.config.document import MAX_BYTES, read_config
 from quavsweep.config.ensemble import BOX, check_ensemble
 from quavsweep.config.explanation import explained
+from quavsweep.config.forcing import forcing_period, in_step, shortened
+from quavsweep.config.model import described_beside, own_model
 from quavsweep.config.place import Keys, Place, quoted
 from quavsweep.config.relation import broken_relations
 from quavsweep.config.schema import ENSEMBLE, Config
 from quavsweep.config.sweep import Sweep
 from quavsweep.config.syntax import UnreadableError
-from quavsweep.config.times import choose_clock, rounding
+from quavsweep.config.times import check_effort, choose_clock, rounding
 from quavsweep.errors import ConfigError, ModelError
 from quavsweep.measures import Verdict
-from quavsweep.models import NAMES, Model, load_model
+from quavsweep.models import POSSIBLE, Model, load_model
 from quavsweep.nearest import nearest
 
 
-def load_sweep(path: Path | str, changes: Sequence[str] = ()) -> Sweep:
-    """Return the sweep that a YAML file describes, with overrides like "axes.c.num=101"; "axes.c=" removes a key.
+def load_sweep(path: Path | str, changes: Sequence[str] = (), model: Model | Path | str | None = None) -> Sweep:
+    """Return the sweep that a YAML file describes.
+
+    Parameters
+    ----------
+    path : Path
+    changes : sequence of str
+        Overrides like "axes.c.num=101"; "axes.c=" removes a key.
+    model : Model or Path, optional
+        One that is not of the catalogue, or the Python file that makes it. The config of a run's folder does without:
+        beside it lies the model's description, which is enough for all but integrating.
 
     Raises
     ------
     ConfigError
         With file, line and key, if anything in it cannot be read or does not make sense.
+    ModelError
+        If the model cannot be made or compiled.
+    DamageError
+        If the description cannot be read.
     """
     path = Path(path)
     try:
@@ -41,11 +56,16 @@ def load_sweep(path: Path | str, changes: Sequence[str] = ()) -> Sweep:
         raise ConfigError(f"cannot be read: {error.strerror}", str(path)) from error
     if len(text) > MAX_BYTES:
         raise ConfigError(f"is larger than {MAX_BYTES} bytes", str(path))
-    return parse_sweep(text, str(path), changes)
+    return parse_sweep(text, str(path), changes, model or described_beside(path))
 
 
-def parse_sweep(text: str | bytes, where: str = "config", changes: Sequence[str] = ()) -> Sweep:
-    """Return the sweep that a YAML text describes, with overrides; `where` names the text in errors.
+def parse_sweep(
+    text: str | bytes,
+    where: str = "config",
+    changes: Sequence[str] = (),
+    model: Model | Path | str | None = None,
+) -> Sweep:
+    """Return the sweep that a YAML text describes, as `load_sweep` does; `where` names the text in errors.
 
     Raises
     ------
@@ -61,16 +81,25 @@ def parse_sweep(text: str | bytes, where: str = "config", changes: Sequence[str]
         config = Config.model_validate(document.tree)
     except ValidationError as error:
         raise first_error(error, document) from error
-    return _check(config, document.place)
+    return _check(config, document.place, model)
 
 
-def _check(config: Config, place: Place) -> Sweep:
+def _model(name: str, given: Model | Path | str | None, place: Place) -> Model:
+    """Return the model that a config names: the one that is given, or one of the catalogue."""
+    if given is None:
+        try:
+            return load_model(name)
+        except ModelError as error:
+            raise place.error(("model",), f"there is no model {quoted(name)}", POSSIBLE) from error
+    model = own_model(given)
+    if model.name != name:
+        raise place.error(("model",), f"{quoted(name)} is not the model that is given", f"it is {model.name}")
+    return model
+
+
+def _check(config: Config, place: Place, given: Model | Path | str | None) -> Sweep:
     """Check what a schema cannot: names, domains, sizes, clocks."""
-    try:
-        model = load_model(config.model)
-    except ModelError as error:
-        what = f"there is no model {quoted(config.model)}"
-        raise place.error(("model",), what, f"the catalogue has {', '.join(NAMES)}") from error
+    model = _model(config.model, given, place)
     _check_names(config, model, place)
     check_ensemble(config, model, place)
     _check_fixed(config, place)
@@ -80,12 +109,15 @@ def _check(config: Config, place: Place) -> Sweep:
     check_domains(model, fixed, config, grid, place)
     if config.ensemble and config.measures.lyapunov is None and config.measures.verdict is None:
         config = config.model_copy(update={"measures": config.measures.model_copy(update={"verdict": Verdict()})})
-    clock = choose_clock(config, place)
+    asked, (config, period_steps) = config, in_step(config, forcing_period(model, fixed, grid, place), place)
+    clock = choose_clock(config, place, period_steps)
+    check_effort(config, clock, place)
     problem = config.measures.problem(model, clock)
     if problem is not None:
         raise place.error(("measures", *problem.key.split(".")), problem.what, problem.possible)
     measures = config.measures.rounded(model, clock)
     warnings = (
+        *shortened(asked, config, period_steps),
         *rounding(config.integrate, clock),
         *config.measures.changes(measures),
         *broken_relations(model, fixed, grid),

@@ -9,6 +9,7 @@ import numpy as np
 
 from quavsweep.grid import Axis, Grid
 from quavsweep.models import Model, Relation
+from quavsweep.models.mistake import mistake
 
 MAX_POINTS = 4_000_000  # at which a relation is evaluated
 
@@ -26,7 +27,11 @@ def _sentence(relation: Relation, fixed: Mapping[str, float], grid: Grid) -> str
     most = MAX_POINTS if exact else max(2, int(MAX_POINTS ** (1 / len(axes))))
     mesh = np.meshgrid(*(_sample(axis, most) for axis in axes), indexing="ij", sparse=True)
     varied = {axis.name: part for axis, part in zip(axes, mesh, strict=True)}
-    holds = np.asarray(relation.holds(**{name: varied.get(name, fixed.get(name)) for name in relation.parameters}))
+    values = {name: varied.get(name, fixed.get(name)) for name in relation.parameters}
+    try:
+        holds = np.asarray(relation.holds(**values))
+    except Exception as error:  # whatever a user's function may raise
+        raise mistake(error, relation.holds) from error
     if holds.all():
         return ""
     about = "" if exact else "about "

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from quavsweep.config.json_schema import describe
-from quavsweep.models import Model
+from quavsweep.models import NAMES, Example, Model
 
 _TEXT = """\
 # A sweep of {model}: {source}.
-# Run it with `quavsweep run {name}.yaml`; `--dry-run` says how long that takes.
+# Run it with `quavsweep run {name}.yaml{option}`; `--dry-run` says how long that takes.
 name: {name}  # letters, digits, . _ -; results go to results/{name}
 model: {model}
 
@@ -26,7 +26,7 @@ axes:
   # Starts drawn at random, the same ones in every cell; a state in the box is not in initial:
   # ensemble: {{num: 256, seed: 1, box: {{{state}: [-1, 1]}}}}
 
-# Times are in {time}. Transient and duration become whole segments.
+# Times are in {time}. Transient and duration become whole segments{forced}.
 integrate:
   method: rk4  # or dp8, of order 8: longer steps, for small errors
   dt: {dt:g}  # step
@@ -58,10 +58,17 @@ classify:
 """
 
 
+def _example(model: Model) -> Example:
+    """Return a first sweep of a model that says none: every state at 0.1, a parameter around its default."""
+    free = [p for p in model.parameters if p.default and p.name not in model.forcing_arguments]
+    ends = {p.name: sorted((0.5 * p.default, 1.5 * p.default)) for p in free[:1]}
+    axes = {p.name: (max(ends[p.name][0], p.low), min(ends[p.name][1], p.high), 11) for p in free[:1]}
+    return Example(dict.fromkeys(model.state_names, 0.1), axes, dt=0.01, transient=100.0, duration=400.0)
+
+
 def make_template(model: Model, name: str) -> str:
     """Return the text of a commented config of that name, which runs as it is."""
-    example = model.example
-    assert example is not None
+    example = model.example or _example(model)
     states = {state.name: state for state in model.states}
     parameters = [f"#   {p.name}: {p.default:g}  # {describe(p)}" for p in model.parameters]
     initial = [f"  {name}: {value:g}  # {describe(states[name])}" for name, value in example.initial.items()]
@@ -71,11 +78,13 @@ def make_template(model: Model, name: str) -> str:
     ]
     return _TEXT.format(
         model=model.name,
-        source=model.source,
+        option="" if model.name in NAMES else " --model FILE",
+        forced=", of whole periods of the forcing" if model.forcing_period else "",
+        source=model.source or "its source is not given",
         name=name,
         parameters="\n".join(parameters),
         initial="\n".join(initial),
-        axes="\n".join(axes),
+        axes="\n".join(axes) or "  {}",
         time="units of the model" if model.time_unit == "1" else model.time_unit,
         dt=example.dt,
         transient=example.transient,

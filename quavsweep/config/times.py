@@ -20,25 +20,31 @@ TRANSIENT: Keys = ("integrate", "transient")
 DURATION: Keys = ("integrate", "duration")
 SEGMENT: Keys = ("integrate", "segment")
 BATCH: Keys = ("measures", "lyapunov", "batch")
+MAX_DURATION: Keys = ("effort", "max_duration")
 BLOCK: Keys = ("measures", "lyapunov", "block")
 
 
-def choose_clock(config: Config, place: Place) -> Clock:
-    """Round all times up to whole blocks, batches and segments.
+def choose_clock(config: Config, place: Place, period_steps: int = 0) -> Clock:
+    """Round all times up to whole blocks, batches and segments, and to whole periods of the forcing.
 
     Unless the config says how long a batch is, there are 64 to 256 of them, whichever number needs least rounding.
+    The blocks of a period are a whole number, or the periods of a block, see `in_step`.
     """
     _check_times(config, place)
     section, measures = config.integrate, config.measures
     block = measures.block
     total = section.transient + section.duration
-    asked = measures.batch or (None if measures.lyapunov else section.segment)
-    if asked:
-        lengths = range(_whole(asked, block * section.dt), 0, -1)[:1]
+    least = max(1, period_steps // block)  # blocks in the shortest batch
+    if measures.batch:
+        lengths = range(whole(measures.batch, least * block * section.dt), 0, -1)[:1]
+    elif section.segment and not measures.lyapunov:
+        parts = whole(section.segment, least * block * section.dt)
+        number = next(n for n in (BATCHES_PER_SEGMENT, 2, 1) if parts % n == 0)
+        lengths = range(parts // number, 0, -1)[:1]
     else:
-        longest = _whole(min(total / BATCHES, section.segment or total), block * section.dt)
+        longest = whole(min(total / BATCHES, section.segment or total), least * block * section.dt)
         lengths = range(longest, longest // 4, -1)[:MAX_TRIED]
-    clocks = (_rounded(section, block, batch_blocks) for batch_blocks in lengths)
+    clocks = (_rounded(section, block, least * length, period_steps) for length in lengths)
     clock = min(clocks, key=lambda c: round((c.transient + c.duration) / total, 9))
     _check_clock(clock, config, place)
     return clock
@@ -92,21 +98,39 @@ def _check_clock(clock: Clock, config: Config, place: Place) -> None:
     raise place.error(keys, what, f"at most {MAX_SEGMENTS} segments; longer segments or batches make fewer")
 
 
+def check_effort(config: Config, clock: Clock, place: Place) -> None:
+    """Refuse an effort that is less than the run itself, or more than can be stored.
+
+    Raises
+    ------
+    ConfigError
+        For its `max_duration`.
+    """
+    if config.effort is None:
+        return
+    most, segment = config.effort.max_duration, clock.segment_steps * clock.dt
+    if most < clock.duration * (1 - 1e-9):
+        what = f"{most:g} is shorter than {place.other(DURATION, MAX_DURATION)}"
+        raise place.error(MAX_DURATION, what, f"at least {clock.duration:g}, or no effort")
+    if clock.transient_segments + most / segment > MAX_SEGMENTS:
+        what = f"{most:g} makes {most / segment:.3g} segments of {segment:g}"
+        raise place.error(MAX_DURATION, what, f"at most {MAX_SEGMENTS} segments; longer ones make fewer")
+
+
 def _longest(section: IntegrateSection) -> tuple[Keys, float]:
     """Return key and length of the longer part of the run."""
     parts: list[tuple[Keys, float]] = [(DURATION, section.duration), (TRANSIENT, section.transient)]
     return max(parts, key=lambda part: part[1])
 
 
-def _rounded(section: IntegrateSection, block: int, batch_blocks: int) -> Clock:
+def _rounded(section: IntegrateSection, block: int, batch_blocks: int, period_steps: int) -> Clock:
     """Return the clock with batches of so many blocks."""
     batch = batch_blocks * block * section.dt
-    segment_batches = _whole(section.segment, batch) if section.segment else BATCHES_PER_SEGMENT
+    segment_batches = whole(section.segment, batch) if section.segment else BATCHES_PER_SEGMENT
     segment = segment_batches * batch
-    transient = _whole(section.transient, segment) if section.transient else 0
-    return Clock(
-        section.dt, block, batch_blocks, segment_batches, transient, transient + _whole(section.duration, segment)
-    )
+    transient = whole(section.transient, segment) if section.transient else 0
+    segments = transient + whole(section.duration, segment)
+    return Clock(section.dt, block, batch_blocks, segment_batches, transient, segments, period_steps)
 
 
 def rounding(section: IntegrateSection, clock: Clock) -> tuple[str, ...]:
@@ -119,6 +143,6 @@ def rounding(section: IntegrateSection, clock: Clock) -> tuple[str, ...]:
     return (f"rounded up to {whole}: {', '.join(changed)}",) if changed else ()
 
 
-def _whole(length: float, unit: float) -> int:
+def whole(length: float, unit: float) -> int:
     """Return the number of units that cover a length; rounding errors do not add one."""
     return max(1, math.ceil(length / unit * (1 - 1e-12) - 1e-9))

@@ -10,7 +10,8 @@ import sympy as sp
 
 from quavsweep.errors import ModelError
 from quavsweep.kernels.choice import Less, LessEqual, as_choices
-from quavsweep.kernels.program import TIME_SCALE, Assignment, Program, Ref
+from quavsweep.kernels.program import TIME, TIME_SCALE, Assignment, Program, Ref
+from quavsweep.models.mistake import mistake, place, place_of_return
 
 if TYPE_CHECKING:
     from quavsweep.models import Model
@@ -31,7 +32,6 @@ FUNCTIONS = {
 POSSIBLE = (
     "its equations may use + - * / **, sqrt, exp, log, sin, cos, tan, sinh, cosh, tanh, Abs, Min, Max, sign, Piecewise"
 )
-DECIDING = "use where, minimum and maximum of quavsweep.models.function, or SymPy's Piecewise, Min and Max"
 
 
 def derive(model: Model) -> Program:
@@ -40,44 +40,76 @@ def derive(model: Model) -> Program:
     Raises
     ------
     ModelError
-        If the equations cannot be evaluated with symbols, or use a function that is not supported.
+        If the equations cannot be evaluated with symbols, or use a function that is not supported; with the line
+        where that is known.
     """
     u = [sp.Symbol(f"u_{name}", real=True) for name in model.state_names]
     p = [sp.Symbol(f"p_{name}", real=True) for name in model.parameter_names]
-    try:
-        rhs = [sp.nsimplify(value) if isinstance(value, int) else sp.sympify(value) for value in model.rhs(*u, *p)]
-    except (TypeError, AttributeError, sp.SympifyError) as error:
-        raise _no_symbols(model.name, error) from error
-    if len(rhs) != len(u):
-        raise ModelError(f"{len(u)} states but {len(rhs)} derivatives", model.name)
+    time = sp.Symbol(TIME, real=True)
+    rhs = _derivatives(model, u, p, time)
+    period = _period(model, p)
     scale = sp.Symbol(TIME_SCALE, real=True)
     rhs = [sp.Add(*(scale * term for term in sp.Add.make_args(f))) for f in rhs]
     rhs = [as_choices(f, model.name) for f in rhs]
-    for unknown in (call for f in rhs for call in f.atoms(sp.Function) if type(call) not in FUNCTIONS):
+    for unknown in (call for f in (*rhs, period) for call in f.atoms(sp.Function) if type(call) not in FUNCTIONS):
         raise ModelError(f"{type(unknown).__name__} cannot be compiled", model.name, POSSIBLE)
     jacobian = [[as_choices(sp.diff(f, x), model.name) for x in u] for f in rhs]
     hessian = [[[as_choices(sp.diff(f, x), model.name) for x in u] for f in row] for row in jacobian]
-    writer = _Writer(model.name, u)
+    writer = _Writer(model.name, [*u, time] if model.forcing_period else u)
     flat = [*rhs, *(f for row in jacobian for f in row), *(f for m in hessian for row in m for f in row)]
-    refs = iter(writer.write([writer.hoist(f) for f in flat]))
+    refs = iter(writer.write([*(writer.hoist(f) for f in flat), period]))
     count = range(len(u))
     return Program(
         states=tuple(x.name for x in u),
         parameters=tuple(x.name for x in p),
-        coefficients=writer.used_coefficients(),
+        coefficients=(*writer.used_coefficients(), *([TIME_SCALE] if model.forcing_period else [])),
         assignments=tuple(writer.assignments),
         rhs=tuple(next(refs) for _ in count),
         jacobian=tuple(tuple(next(refs) for _ in count) for _ in count),
         hessian=tuple(tuple(tuple(next(refs) for _ in count) for _ in count) for _ in count),
+        period=next(refs),
     )
 
 
-def _no_symbols(where: str, error: Exception) -> ModelError:
-    """Return the error of equations that take floats only."""
-    text = "its equations cannot be evaluated with symbols"
-    if "truth value" in str(error):
-        return ModelError(f"{text}: `if`, `min` or `max` decides by a state or parameter", where, DECIDING)
-    return ModelError(f"{text}: {error}", where, "functions are those of quavsweep.models.function, or SymPy's")
+def _derivatives(model: Model, u: list[sp.Symbol], p: list[sp.Symbol], time: sp.Symbol) -> list[sp.Expr]:
+    """Return the derivatives as expressions, one per state."""
+    names = model.state_names
+    try:
+        values = model.field(u, p, time)
+    except Exception as error:  # whatever a user's function may raise
+        raise mistake(error, model.rhs) from error
+    where, named = place_of_return(model.rhs), ", ".join(names)
+    if not isinstance(values, tuple | list | sp.Tuple):
+        what = f"the equations return {'a single value' if isinstance(values, sp.Expr) else values}"
+        raise ModelError(what, where, f"they return the derivatives of {named} in a tuple")
+    if len(values) != len(names):
+        without = f", so {', '.join(names[len(values) :])} has no derivative" if len(values) < len(names) else ""
+        what = f"the equations return {len(values)} derivatives for {len(names)} states{without}"
+        raise ModelError(what, where, f"they return those of {named}, in this order")
+    return [_expression(value, where, f"the derivative of {x}") for x, value in zip(names, values, strict=True)]
+
+
+def _period(model: Model, p: list[sp.Symbol]) -> sp.Expr:
+    """Return the period of the forcing, 0 if there is none."""
+    period = model.forcing_period
+    if period is None:
+        return sp.Integer(0)
+    try:
+        value = model.forcing(dict(zip(model.parameter_names, p, strict=True)))
+    except Exception as error:  # whatever a user's function may raise
+        raise mistake(error, period) from error
+    return as_choices(_expression(value, place(period), "the forcing period"), model.name)
+
+
+def _expression(value: Any, where: str, what: str) -> sp.Expr:
+    """Return a value of a user's function as an expression."""
+    try:
+        expression = sp.nsimplify(value) if isinstance(value, int) else sp.sympify(value, strict=True)
+    except sp.SympifyError as error:
+        raise ModelError(f"{what} is {value!r}, which is no number or expression", where) from error
+    if not isinstance(expression, sp.Expr):
+        raise ModelError(f"{what} is {expression}, which is no number or expression", where)
+    return expression
 
 
 class _Writer:

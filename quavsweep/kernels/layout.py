@@ -30,6 +30,8 @@ class Layout:
         Whether the last exponent is made of that integral, without a vector of its own.
     scratch : int
         Rows that a step uses as it likes.
+    phase : bool
+        Whether a row holds the time, which forced systems need.
     """
 
     dimension: int
@@ -39,6 +41,7 @@ class Layout:
     trace: bool = False
     scratch: int = 0
     last_from_trace: bool = False
+    phase: bool = False
 
     def __post_init__(self) -> None:
         if self.lanes < FEWEST_LANES or self.lanes % 8:
@@ -65,9 +68,14 @@ class Layout:
         return self.coefficient_row + self.coefficients
 
     @property
+    def phase_row(self) -> int:
+        """The row of the time, if there is one."""
+        return self.trace_row + self.trace
+
+    @property
     def coefficient_row(self) -> int:
         """First row of the coefficients."""
-        return self.trace_row + self.trace
+        return self.phase_row + self.phase
 
     @property
     def exponents(self) -> int:
@@ -90,7 +98,7 @@ class Layout:
 
         Returns
         -------
-        (groups, rows, W) float64, contiguous, aligned to 64 bytes; stretching factors are 1, integrals 0.
+        (groups, rows, W) float64, contiguous, aligned to 64 bytes; stretching factors are 1, integrals and times 0.
         """
         n = u.shape[0]
         cells = np.minimum(np.arange(-(-n // self.lanes) * self.lanes), n - 1)
@@ -104,6 +112,14 @@ class Layout:
         lanes = aligned_empty((cells.size // self.lanes, self.rows, self.lanes))
         lanes[...] = table.reshape(self.rows, -1, self.lanes).transpose(1, 0, 2)
         return lanes
+
+    def set_phase(self, lanes: np.ndarray, t: float | None) -> None:
+        """Set the time of all lanes, (groups, rows, W), where they have one; a kernel goes on from it step by step.
+
+        Steps add up to the time with rounding errors, so it is set anew before each call: t = (steps mod N) dt.
+        """
+        if self.phase:
+            lanes[:, self.phase_row] = t
 
     def state(self, lanes: np.ndarray, n: int) -> np.ndarray:
         """Return the state of the first n cells, (n, D), a copy."""
@@ -154,3 +170,13 @@ def aligned_empty(shape: tuple[int, ...]) -> np.ndarray:
     buffer = np.empty(size + ALIGNMENT // 8)
     start = -(buffer.ctypes.data // 8) % (ALIGNMENT // 8)
     return buffer[start : start + size].reshape(shape)
+
+
+def generic_frame(dimension: int, vectors: int) -> np.ndarray:
+    """Return orthonormal vectors that are aligned with no coordinate plane, (K, D).
+
+    A frame along the axes would never leave an invariant subspace and miss exponents; this one is the reflection
+    I - 2 v v^T / v^T v with v_i the square roots of 1/2, 3/2, 5/2 ..., none of whose entries vanishes.
+    """
+    v = np.sqrt(np.arange(dimension) + 0.5)
+    return np.asarray((np.eye(dimension) - 2.0 * np.outer(v, v) / (v @ v))[:vectors])

@@ -63,6 +63,11 @@ class ButcherTable:
         return len(self.b)
 
     @cached_property
+    def nodes(self) -> tuple[Fraction | float, ...]:
+        """Where in the step each stage lies, c_i: the sum of its row."""
+        return tuple(sum(row, start=Fraction(0)) for row in self.a)
+
+    @cached_property
     def unit(self) -> Fraction | float:
         """The unit of time, in steps, in which most stages need no multiplication: 1/2 for RK4."""
         entries = Counter(x for row in self.a for x in row if x)

@@ -14,8 +14,9 @@ import numpy as np
 
 from quavsweep.kernels.formula import FUNCTIONS, Arrays, on_arrays
 
+TIME = "time"  # name of the time in a forced system
 TIME_SCALE = "h"  # name of the unit of time in which the derivatives are given
-Ref = str | float  # the name of a state, parameter or assignment, or a number
+Ref = str | float  # the name of a state, parameter or assignment, or the time, or a number
 
 OPERATIONS: dict[str, Callable[..., Any]] = {
     "add": operator.add,
@@ -52,7 +53,8 @@ class Program:
     states, parameters : tuple of str
         Prefixed names (`u_`, `p_`), in the model's order.
     coefficients : tuple of str
-        The assignments that depend on parameters alone and that the others read: computed once per cell.
+        The assignments that depend on parameters alone and that the others read: computed once per cell. In a forced
+        system the last one is h itself, by which a kernel knows the times of its stages.
     assignments : tuple of Assignment
         In order; a coefficient comes before what reads it.
     rhs : tuple of Ref, length D
@@ -61,6 +63,9 @@ class Program:
         h d f_i / d u_j.
     hessian : tuple of tuples of tuples of Ref, (D, D, D)
         h d2 f_i / d u_j d u_k.
+    period : Ref
+        The period of the forcing, a function of the parameters; 0 if the system is autonomous. All of the above may
+        depend on the time if there is one.
     """
 
     states: tuple[str, ...]
@@ -70,6 +75,12 @@ class Program:
     rhs: tuple[Ref, ...]
     jacobian: tuple[tuple[Ref, ...], ...]
     hessian: tuple[tuple[tuple[Ref, ...], ...], ...]
+    period: Ref = 0.0
+
+    @property
+    def forced(self) -> bool:
+        """Whether the derivatives depend on the time, periodically."""
+        return self.period != 0.0
 
     @property
     def dimension(self) -> int:
@@ -150,9 +161,26 @@ class Program:
         values = self.evaluate(self.coefficients, {**given, TIME_SCALE: scale})
         return np.array([np.broadcast_to(value, (n,)) for value in values], dtype=np.float64).reshape(len(values), n)
 
-    def names(self, u: Iterable[Any], coefficients: Iterable[Any]) -> dict[str, Any]:
-        """Return the environment in which state and coefficients have these values."""
-        return {**dict(zip(self.states, u, strict=True)), **dict(zip(self.coefficients, coefficients, strict=True))}
+    def forcing_periods(self, parameters: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the periods of the forcing of n cells, (n,) float64, from their parameters in the model's order."""
+        n = np.shape(parameters[0])[0] if parameters else 1
+        (value,) = self.evaluate([self.period], dict(zip(self.parameters, parameters, strict=True)))
+        return np.broadcast_to(np.asarray(value, dtype=np.float64), (n,))
+
+    def names(self, u: Iterable[Any], coefficients: Iterable[Any], t: Any = None) -> dict[str, Any]:
+        """Return the environment in which state, coefficients and, in a forced system, time have these values.
+
+        Raises
+        ------
+        ValueError
+            If the system is forced and no time is given.
+        """
+        named = {**dict(zip(self.states, u, strict=True)), **dict(zip(self.coefficients, coefficients, strict=True))}
+        if self.forced:
+            if t is None:
+                raise ValueError("a forced system has no derivatives without a time")
+            named[TIME] = t
+        return named
 
     def to_json(self) -> str:
         """Return the program as data; equal programs give equal texts."""

@@ -9,7 +9,7 @@ from fractions import Fraction
 from quavsweep.kernels.layout import Layout
 from quavsweep.kernels.lower import WHOLE
 from quavsweep.kernels.method import ButcherTable
-from quavsweep.kernels.program import Assignment, Program, Ref
+from quavsweep.kernels.program import TIME, TIME_SCALE, Assignment, Program, Ref
 
 # Stages times rows that one loop over lanes computes; beyond, few of them stay in registers. With a loop for the state
 # and one for the tangent vectors, a step of dp8 with D = 3 takes 0.85 of the time, one of RK4 with D = 12 0.77 (and
@@ -58,7 +58,15 @@ def choose_layout(
     """
     trace = trace or last_from_trace or (vectors == program.dimension and not program.has_constant_divergence)
     coefficients = len(program.coefficients)
-    joint = Layout(program.dimension, vectors, coefficients, lanes, trace, last_from_trace=last_from_trace)
+    joint = Layout(
+        program.dimension,
+        vectors,
+        coefficients,
+        lanes,
+        trace,
+        last_from_trace=last_from_trace,
+        phase=program.forced,
+    )
     if not vectors or method.stages * joint.stretch_row <= LARGEST_JOINT:
         return joint
     return replace(joint, scratch=method.stages * len(_varying(program)))
@@ -78,6 +86,7 @@ def print_step(program: Program, method: ButcherTable, layout: Layout) -> list[s
         out.load("w", [layout.trace_row])
     coefficients = range(layout.coefficient_row, layout.scratch_row)
     out.load("c", coefficients, layout.coefficient_row)
+    out.load("phase", range(layout.phase_row, layout.coefficient_row), layout.phase_row)
     joint = range(0 if layout.scratch else layout.vectors)
     state, *frame = [
         _Rows(out, method, range(k * dimension, (k + 1) * dimension)) for k in (0, *(k + 1 for k in joint))
@@ -86,7 +95,8 @@ def print_step(program: Program, method: ButcherTable, layout: Layout) -> list[s
     needed = program.needed([*program.rhs, *(varying if layout.exponents else [])], program.coefficients)
     diagonal = [program.jacobian[i][i] for i in range(dimension)]
     for stage in range(method.stages):
-        names = _print_derivatives(out, program, needed, state.values(stage), stage)
+        clock = {TIME: _print_time(out, program, method, stage)} if program.forced else {}
+        names = _print_derivatives(out, program, needed, state.values(stage), stage, clock)
         state.take(stage, [["+ " + _print_ref(ref, names)] for ref in program.rhs])
         trace.take(stage, [[f"+ {_print_ref(entry, names)}" for entry in diagonal] for _ in trace.rows])
         for vector in frame:
@@ -96,6 +106,8 @@ def print_step(program: Program, method: ButcherTable, layout: Layout) -> list[s
                 out.store(layout.scratch_row + stage * len(varying) + number, names[entry])
     for rows in (state, trace, *frame):
         rows.finish()
+    if program.forced:
+        out.store(layout.phase_row, _print_later(program, 1 / method.unit))
     if not layout.scratch:
         return out.loop()
     inner = Lines(layout)
@@ -154,14 +166,33 @@ def _varying(program: Program) -> list[str]:
     return [entry for entry in dict.fromkeys(entries) if entry not in constant]
 
 
+def _print_time(out: Lines, program: Program, method: ButcherTable, stage: int) -> str:
+    """Print the time of a stage and return its name."""
+    if not method.nodes[stage]:
+        return "phase0"
+    out.let(f"phase{stage}", _print_later(program, method.nodes[stage] / method.unit))
+    return f"phase{stage}"
+
+
+def _print_later(program: Program, factor: Fraction | float) -> str:
+    """Print the time so many units of time after the start of the step."""
+    return f"phase0 {_print_term(factor, f'c{program.coefficients.index(TIME_SCALE)}')}"
+
+
 def _print_derivatives(
-    out: Lines, program: Program, needed: Iterable[Assignment], y: Iterable[str], stage: int
+    out: Lines,
+    program: Program,
+    needed: Iterable[Assignment],
+    y: Iterable[str],
+    stage: int,
+    clock: Mapping[str, str],
 ) -> dict[str, str]:
     """Print what the derivatives at the state `y` need; return what each name of the program is called there.
 
-    Coefficients are rows of their own, so nothing that only they depend on is printed.
+    Coefficients are rows of their own, so nothing that only they depend on is printed. `clock` is the time, if any.
     """
     names = {name: f"c{m}" for m, name in enumerate(program.coefficients)} | dict(zip(program.states, y, strict=True))
+    names |= clock
     for assignment in needed:
         names[assignment.target] = f"{assignment.target}_{stage}"
         out.let(names[assignment.target], _print_assignment(assignment, names))

@@ -7,9 +7,24 @@ from importlib import import_module
 from quavsweep.errors import ModelError
 from quavsweep.models.model import Example, Model, Parameter, Relation, Section, State
 
-NAMES = ("lorenz", "quadrotor_yaw")
+NAMES = (
+    "bldc",
+    "chen",
+    "chua",
+    "duffing",
+    "jerk",
+    "linear",
+    "lorenz",
+    "pmsm",
+    "quadrotor_yaw",
+    "rossler",
+    "stuart_landau",
+    "torus",
+)
 
-__all__ = ["NAMES", "Example", "Model", "Parameter", "Relation", "Section", "State", "load_model"]
+POSSIBLE = f"the catalogue has {', '.join(NAMES)}; --model FILE brings another"
+
+__all__ = ["NAMES", "POSSIBLE", "Example", "Model", "Parameter", "Relation", "Section", "State", "load_model"]
 
 
 def load_model(name: str) -> Model:
@@ -21,7 +36,7 @@ def load_model(name: str) -> Model:
         If the catalogue has no such model.
     """
     if name not in NAMES:
-        raise ModelError(f"there is no model {name}", possible=f"the catalogue has {', '.join(NAMES)}")
+        raise ModelError(f"there is no model {name}", possible=POSSIBLE)
     model = import_module(f"quavsweep.models.{name}").MODEL
     assert isinstance(model, Model)
     return model

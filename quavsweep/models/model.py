@@ -12,6 +12,9 @@ from typing import Any
 import numpy as np
 
 from quavsweep.errors import ModelError
+from quavsweep.models.mistake import place
+
+NAME = r"[A-Za-z][A-Za-z0-9_]{0,63}"  # of a state or parameter
 
 # Names that the result's own variables and dimensions carry.
 RESERVED = frozenset(
@@ -20,7 +23,7 @@ RESERVED = frozenset(
         *("lyapunov", "lyapunov_raw", "lyapunov_se", "lyapunov_chaotic", "lyapunov_chaotic_se", "was_chaotic"),
         *("settle_time", "time_used", "final_state", "equilibrium", "eigenvalue", "eigenvalue_re", "eigenvalue_im"),
         *("cycle_hits", "attractor", "sum_error", "zero_error", "orbit", "sample", "samples", "sample_time"),
-        *("sample_count", "peak", "peak_of", "peak_time", "first_time", "last_time"),
+        *("sample_count", "peak", "peak_of", "peak_time", "first_time", "last_time", "t"),
         *("attractor_number", "attractor_kind", "attractor_point", "attractor_exponents", "attractor_share"),
         *("attractor_share_se", "kind", "starts", "basin_share", "basin_share_se", "lifetime", "lifetime_se"),
         *("lifetime_after", "lifetime_p", "lifetime_at_least", "chaotic_share", "chaotic_share_se"),
@@ -28,6 +31,12 @@ RESERVED = frozenset(
         *("multiplier_re", "multiplier_im"),
     ]
 )
+
+
+def _make_float(owner: Any, *names: str) -> None:
+    """Turn numbers of a frozen class into floats, so that 1 and 1.0 make the same model."""
+    for name in names:
+        object.__setattr__(owner, name, float(getattr(owner, name)))
 
 
 @dataclass(frozen=True)
@@ -42,6 +51,9 @@ class State:
     symbol: str = ""
     meaning: str = ""
     circle: float = 0.0
+
+    def __post_init__(self) -> None:
+        _make_float(self, "circle")
 
 
 @dataclass(frozen=True)
@@ -59,6 +71,9 @@ class Parameter:
     low: float = -math.inf
     high: float = math.inf
     open_low: bool = False
+
+    def __post_init__(self) -> None:
+        _make_float(self, "default", "low", "high")
 
     @property
     def domain(self) -> str:
@@ -94,6 +109,10 @@ class Section:
     of: str
     at: float | None = None
     direction: str = "up"
+
+    def __post_init__(self) -> None:
+        if self.at is not None:
+            _make_float(self, "at")
 
 
 @dataclass(frozen=True)
@@ -171,15 +190,55 @@ class Model:
     example: Example | None = None
 
     def __post_init__(self) -> None:
+        _make_float(self, "bound")
+        self._check_names()
+        self._check_parts()
+        self._check_functions()
+
+    def _check_names(self) -> None:
+        """Refuse names that are not usable."""
+        if not re.fullmatch(NAME, self.name):
+            raise ModelError(f"{self.name!r} cannot be the name of a model", possible="letters, digits and _")
         names = [*self.state_names, *self.parameter_names]
+        for name in names:
+            if not re.fullmatch(NAME, name) or name in RESERVED or names.count(name) > 1:
+                raise ModelError(f"the name {name} is taken, repeated or not a plain identifier", self.name)
+        if not self.states:
+            raise ModelError("a model needs a state", self.name, "states=(State('x'), ...)")
+
+    def _check_parts(self) -> None:
+        """Refuse symmetries, a section, a bound or turns that do not fit the states."""
+        count = len(self.states)
+        for signs in self.symmetries:
+            if len(signs) != count or not {*signs} <= {-1, 1}:
+                raise ModelError(f"the symmetry {signs} is not {count} signs", self.name, "1 or -1 for each state")
+        if self.section is not None and self.section.of not in self.state_names:
+            what = f"the section is of {self.section.of}, which is no state"
+            raise ModelError(what, self.name, f"the states are {', '.join(self.state_names)}")
+        if self.section is not None and self.section.direction not in ("up", "down", "both"):
+            raise ModelError(f"the section's direction is {self.section.direction}", self.name, "up, down or both")
+        if not self.bound > 0 or not all(0 <= state.circle < math.inf for state in self.states):
+            raise ModelError("the bound and the circles of states are lengths", self.name, "numbers above 0")
+
+    def _check_functions(self) -> None:
+        """Refuse functions whose arguments are not the model's names."""
+        forced = self.forcing_period is not None
+        names = [*(["t"] if forced else []), *self.state_names, *self.parameter_names]
         arguments = list(inspect.signature(self.rhs).parameters)
         if arguments != names:
-            raise ModelError(
-                f"the equations take {', '.join(arguments)} but the model declares {', '.join(names)}", self.name
-            )
-        for name in names:
-            if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in RESERVED or names.count(name) > 1:
-                raise ModelError(f"the name {name} is taken, repeated or not a plain identifier", self.name)
+            where = place(self.rhs) if self.rhs.__name__ != "<lambda>" else self.name
+            taken, declared = ", ".join(arguments) or "nothing", ", ".join(names)
+            if forced and arguments == names[1:]:
+                raise ModelError("the system is forced, so its equations take t first", where, f"take {declared}")
+            if not forced and arguments == ["t", *names]:
+                what = "the equations take t, but the model declares no forcing_period"
+                raise ModelError(what, where, "only periodic forcing is known: forcing_period=lambda omega: ...")
+            raise ModelError(f"the equations take {taken} but the model declares {declared}", where)
+        if self.forcing_period is not None:
+            for name in self.forcing_arguments:
+                if name not in self.parameter_names:
+                    what = f"forcing_period takes {name}, which is no parameter"
+                    raise ModelError(what, place(self.forcing_period), f"there are {', '.join(self.parameter_names)}")
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -196,19 +255,42 @@ class Model:
         """The parameters' default values by name."""
         return {parameter.name: parameter.default for parameter in self.parameters}
 
+    def field(self, u: Sequence[Any], p: Sequence[Any], t: Any = 0.0) -> Sequence[Any]:
+        """Return the derivatives, whether the equations take the time or not; u and p in the model's order."""
+        return self.rhs(*([] if self.forcing_period is None else [t]), *u, *p)
+
+    def forcing(self, parameters: Mapping[str, Any]) -> Any:
+        """Return the period of the forcing for parameters by name; None if the system is autonomous."""
+        if self.forcing_period is None:
+            return None
+        return self.forcing_period(**{name: parameters[name] for name in self.forcing_arguments})
+
+    @property
+    def forcing_arguments(self) -> tuple[str, ...]:
+        """Names of the parameters that the period of the forcing depends on."""
+        return tuple(inspect.signature(self.forcing_period).parameters) if self.forcing_period else ()
+
     @property
     def circles(self) -> tuple[tuple[int, float], ...]:
         """Index and length of a turn of the states that are angles."""
         return tuple((i, state.circle) for i, state in enumerate(self.states) if state.circle)
 
     def wrap(self, u: np.ndarray) -> np.ndarray:
-        """Return states (n, D) with angles within their first turn."""
+        """Return states (n, D) with angles within their first turn, 0 <= angle < turn."""
         if not self.circles:
             return u
         u = u.copy()
         for i, turn in self.circles:
-            u[:, i] = np.mod(u[:, i], turn)
+            angle = np.mod(u[:, i], turn)
+            u[:, i] = np.where(angle == turn, 0.0, angle)  # what lies just below 0 is rounded to a whole turn
         return u
+
+    def difference(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return u - v, states (n, D), angles by the shorter way round."""
+        apart: np.ndarray = np.subtract(u, v)
+        for i, turn in self.circles:
+            apart[:, i] -= turn * np.rint(apart[:, i] / turn)
+        return apart
 
     def bounded(self, u: np.ndarray) -> np.ndarray:
         """Return which states (n, D) are numbers within the bound, (n,) bool; angles have none."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from quavsweep.config import Sweep, load_sweep
-from quavsweep.errors import ConfigError, IdentityError
+from quavsweep.errors import ConfigError, DamageError, IdentityError
 from quavsweep.provenance import Identity, changed_keys, evidence_parts, flatten, toolchain
 from quavsweep.store.folder import RunFolder
 
@@ -57,11 +57,11 @@ def _check_config(folder: RunFolder, sweep: Sweep, longer: bool) -> None:
     """Refuse a folder whose config differs in what changes a number."""
     try:
         stored = load_sweep(folder.config).settings()
-    except ConfigError as error:
+    except (ConfigError, DamageError) as error:
         if not folder.config.exists():
             return
         raise IdentityError(
-            f"its config cannot be read ({error})", str(folder.path), "delete it to have it rebuilt"
+            f"its config cannot be read ({error})", str(folder.path), "delete that file to have it rebuilt"
         ) from error
     free = ("classify", "effort", *(["integrate.duration"] if longer else []))
     kept = [

@@ -13,7 +13,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from quavsweep.config.model import CONFIG, DESCRIPTION
 from quavsweep.errors import ConfigError, DiskError, LockedError
+from quavsweep.kernels.description import describe_model
+from quavsweep.models import NAMES, Model
+from quavsweep.models.user import source_text
 from quavsweep.provenance import Identity
 from quavsweep.store.publish import TEMPORARY, publish_bytes, writer_lives
 
@@ -48,7 +52,7 @@ class RunFolder:
     @property
     def config(self) -> Path:
         """The canonical config."""
-        return self.path / "config.yaml"
+        return self.path / CONFIG
 
     @property
     def record(self) -> Path:
@@ -155,6 +159,15 @@ class RunFolder:
     def write_config(self, text: str) -> None:
         """Publish the canonical config."""
         publish_bytes(self.config, text.encode())
+
+    def write_model(self, model: Model) -> None:
+        """Publish what there is to know of a user's model: its description, and a copy of its file, never run."""
+        if model.name in NAMES:
+            return
+        publish_bytes(self.path / DESCRIPTION, describe_model(model).encode())
+        text = source_text(model)
+        if text is not None:
+            publish_bytes(self.path / "model.py", text.encode())
 
     def write_record(self, record: dict[str, Any]) -> None:
         """Publish the record of the run."""

@@ -16,7 +16,9 @@ from quavsweep.classify import classify, result_variables
 from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
 from quavsweep.horizon import truncated
+from quavsweep.kernels.description import describe_model
 from quavsweep.measures import Evidence, Variable
+from quavsweep.models import NAMES
 from quavsweep.provenance import Identity
 from quavsweep.reduction import (
     ATTRACTOR,
@@ -32,6 +34,8 @@ from quavsweep.store.publish import TEMPORARY
 from quavsweep.store.sealed_file import read_result
 from quavsweep.store.shard_set import Block, ShardSet
 from quavsweep.store.stored import Stored
+
+DESCRIPTION = "model_description"  # attribute of the file, where the model is not of the catalogue
 
 
 def write_outcome(
@@ -184,6 +188,7 @@ def _cf(unit: str) -> str:
 
 def _file(sweep: Sweep, identity: Identity) -> dict[str, str]:
     """Return the attributes of the file; names, folders, times and machines are in none of them."""
+    own = {} if sweep.model.name in NAMES else {DESCRIPTION: describe_model(sweep.model)}
     return {
         "Conventions": "CF-1.11",
         "title": f"quavsweep result: {sweep.model.name}",
@@ -193,4 +198,5 @@ def _file(sweep: Sweep, identity: Identity) -> dict[str, str]:
         "evidence_id": identity.evidence,
         "toolchain_id": identity.toolchain,
         "result_id": identity.result,
+        **own,
     }

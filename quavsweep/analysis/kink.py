@@ -1,0 +1,128 @@
+"""Runs across kinks and jumps of the equations: no step crosses one, so a method keeps its order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from quavsweep.analysis.event import Event, locate
+from quavsweep.analysis.flow import Flow
+from quavsweep.analysis.returns import crossed
+from quavsweep.kernels.method import ButcherTable
+from quavsweep.kernels.program import Program, Ref
+
+MOST = 256  # kinks in a run
+BESIDE = (
+    1e-9  # how far before and behind a kink steps end and begin, in steps: each side is computed by its own equations
+)
+NUDGE = 1e-6  # step of the differences that give a switch's gradient, against 1 + |u|
+
+
+def tangent_across(
+    flow: Flow,
+    method: ButcherTable,
+    u: np.ndarray,
+    parameters: Sequence[np.ndarray],
+    time: np.ndarray,
+    steps: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what `Flow.tangent` does, with the steps cut at kinks and jumps, each of which is crossed transversally.
+
+    Where an orbit crosses the surface h = 0 between the velocities f and f', the derivative is multiplied by
+    I + (f' - f) grad h^T / (grad h . f), which is I at a kink. There are no more steps than `steps` and one for each
+    kink, and no longer ones.
+
+    References
+    ----------
+    .. [1] P. C. Mueller, Chaos, Solitons and Fractals 5, 1671 (1995).
+    """
+    n, dimension = u.shape
+    events = [_difference(flow.program, left, right) for left, right in flow.program.switches]
+    end, left, dt = u.copy(), time.copy(), time / steps
+    derivative, volume = np.broadcast_to(np.eye(dimension), (n, dimension, dimension)).copy(), np.zeros(n)
+    open_ = np.arange(n)
+    for _ in range(MOST):
+        if not open_.size:
+            break
+        own, remaining = [p[open_] for p in parameters], left[open_]
+        until, which = _next(flow, method, events, end[open_], own, remaining, dt[open_])
+        beside = BESIDE * dt[open_]
+        meets = until < remaining - 2.0 * beside
+        length = np.where(meets, np.maximum(until - beside, 0.0), remaining)
+        counts = np.maximum(np.ceil(length / dt[open_] * (1 - 1e-9)).astype(int), 1)
+        x, matrix, growth = flow.tangent(method, end[open_], own, length, counts)
+        derivative[open_] = np.matmul(matrix, derivative[open_])
+        volume[open_] += growth
+        end[open_], left[open_] = x, remaining - length
+        open_, which, beside = open_[meets], which[meets], beside[meets]
+        if open_.size:
+            own = [p[open_] for p in parameters]
+            x, _, _ = flow.tangent(method, end[open_], own, 2.0 * beside, np.ones_like(open_))
+            jump = _jump(flow, events, which, end[open_], x, own)
+            derivative[open_] = np.matmul(jump, derivative[open_])
+            volume[open_] += np.log(np.abs(np.linalg.det(jump)))
+            end[open_], left[open_] = x, left[open_] - 2.0 * beside
+    end[open_] = np.nan
+    return end, derivative, volume
+
+
+def _difference(program: Program, left: Ref, right: Ref) -> Event:
+    """Return the event that two sides of a comparison are equal."""
+
+    def event(u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        one, other = program.evaluate([left, right], program.names(u, coefficients))
+        return np.broadcast_to(one - other, u.shape[1:])
+
+    return event
+
+
+def _next(
+    flow: Flow,
+    method: ButcherTable,
+    events: Sequence[Event],
+    u: np.ndarray,
+    parameters: Sequence[np.ndarray],
+    time: np.ndarray,
+    dt: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return when orbits next cross a switch, (n,), infinite if they do not, and which it is."""
+    until, which = np.full(len(u), np.inf), np.zeros(len(u), dtype=int)
+    counts = np.maximum(np.ceil(time / dt).astype(int), 1)
+    steps, c = time / counts, flow.program.coefficient_values(parameters)
+    for cells, states in flow.record(method, u, parameters, time, counts):
+        for number, event in enumerate(events):
+            at, column = crossed(event, "both", states, c[:, cells])
+            column, first = np.unique(column, return_index=True)
+            at, where = at[first], cells[column]
+            begin = np.ascontiguousarray(states[at, :, column].T)
+            later, _ = locate(flow.program, method, steps[where], event, begin, c[:, where])
+            when = later + at * steps[where]
+            sooner = when < until[where]
+            until[where[sooner]], which[where[sooner]] = when[sooner], number
+    return until, which
+
+
+def _jump(
+    flow: Flow,
+    events: Sequence[Event],
+    which: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
+    parameters: Sequence[np.ndarray],
+) -> np.ndarray:
+    """Return the derivative across switches, (n, D, D)."""
+    dimension = before.shape[1]
+    c = flow.program.coefficient_values(parameters)
+    gradient = np.zeros_like(before)
+    for number, event in enumerate(events):
+        cells = np.flatnonzero(which == number)
+        for i in range(dimension if cells.size else 0):
+            step = NUDGE * (1.0 + np.abs(before[cells, i]))
+            shift = np.zeros((dimension, cells.size))
+            shift[i] = step
+            x = before[cells].T
+            gradient[cells, i] = (event(x + shift, c[:, cells]) - event(x - shift, c[:, cells])) / (2.0 * step)
+    first, last = flow.velocity(before, parameters), flow.velocity(after, parameters)
+    speed = (gradient * first).sum(axis=1)
+    return np.asarray(np.eye(dimension) + (last - first)[:, :, None] * gradient[:, None, :] / speed[:, None, None])
