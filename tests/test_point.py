@@ -67,7 +67,8 @@ def test_the_orbit_ends_where_the_cell_ends(result: Result) -> None:
 
 
 def test_exponents_converge_to_those_of_the_map(result: Result) -> None:
-    point = compute_point(result.sweep, {"Omega1": 260, "c": 5})
+    i, j = np.argwhere(result["region"] == Region.CHAOS)[0]
+    point = compute_point(result.sweep, {"Omega1": result["Omega1"][i], "c": result["c"][j]})
     assert point.values["status"] == Status.TIME_OVER
     np.testing.assert_array_equal(point.exponents[-1], point.values["lyapunov_raw"])
     np.testing.assert_array_equal(point.errors[-1], point.values["lyapunov_se"])

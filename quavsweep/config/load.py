@@ -20,7 +20,7 @@ from quavsweep.config.relation import broken_relations
 from quavsweep.config.schema import ENSEMBLE, Config
 from quavsweep.config.sweep import Sweep
 from quavsweep.config.syntax import UnreadableError
-from quavsweep.config.times import choose_clock, rounding
+from quavsweep.config.times import check_effort, choose_clock, rounding
 from quavsweep.errors import ConfigError, ModelError
 from quavsweep.measures import Verdict
 from quavsweep.models import POSSIBLE, Model, load_model
@@ -111,6 +111,7 @@ def _check(config: Config, place: Place, given: Model | Path | str | None) -> Sw
         config = config.model_copy(update={"measures": config.measures.model_copy(update={"verdict": Verdict()})})
     asked, (config, period_steps) = config, in_step(config, forcing_period(model, fixed, grid, place), place)
     clock = choose_clock(config, place, period_steps)
+    check_effort(config, clock, place)
     problem = config.measures.problem(model, clock)
     if problem is not None:
         raise place.error(("measures", *problem.key.split(".")), problem.what, problem.possible)

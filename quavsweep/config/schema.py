@@ -90,7 +90,12 @@ class Thresholds(BaseModel):
     model_config = _STRICT
 
     errors: float = Field(default=3.0, gt=0, description="an exponent beyond so many standard errors is not zero")
-    neutral: float = Field(default=5.0, ge=0, description="nor is one beyond this growth of ln over the time averaged")
+    neutral: float = Field(
+        default=2.0, ge=0, description="nor is one beyond so often the departure of ln growth from its line, over time"
+    )
+    digits: float = Field(
+        default=1.5, ge=0, description="weighted averages along a regular orbit agree to so many digits"
+    )
 
 
 class Effort(BaseModel):

@@ -52,8 +52,9 @@ stop_early: true
 
 # Thresholds; changing them needs no new integration (quavsweep classify).
 classify:
-  errors: 3  # an exponent is positive beyond so many standard errors
-  neutral: 5  # and beyond so much growth of ln over the time averaged
+  errors: 3  # an exponent is neutral within so many standard errors
+  neutral: 2  # and within so often the departure of its growth from a straight line, over the time averaged
+  digits: 1.5  # to which weighted averages along a regular orbit agree
 """
 
 

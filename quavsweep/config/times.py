@@ -20,6 +20,7 @@ TRANSIENT: Keys = ("integrate", "transient")
 DURATION: Keys = ("integrate", "duration")
 SEGMENT: Keys = ("integrate", "segment")
 BATCH: Keys = ("measures", "lyapunov", "batch")
+MAX_DURATION: Keys = ("effort", "max_duration")
 BLOCK: Keys = ("measures", "lyapunov", "block")
 
 
@@ -95,6 +96,25 @@ def _check_clock(clock: Clock, config: Config, place: Place) -> None:
     named = " and ".join(place.other(key, keys) for key in causes)
     what = f"{length:g} with {named} makes {clock.segments} segments and {clock.steps:.3g} steps"
     raise place.error(keys, what, f"at most {MAX_SEGMENTS} segments; longer segments or batches make fewer")
+
+
+def check_effort(config: Config, clock: Clock, place: Place) -> None:
+    """Refuse an effort that is less than the run itself, or more than can be stored.
+
+    Raises
+    ------
+    ConfigError
+        For its `max_duration`.
+    """
+    if config.effort is None:
+        return
+    most, segment = config.effort.max_duration, clock.segment_steps * clock.dt
+    if most < clock.duration * (1 - 1e-9):
+        what = f"{most:g} is shorter than {place.other(DURATION, MAX_DURATION)}"
+        raise place.error(MAX_DURATION, what, f"at least {clock.duration:g}, or no effort")
+    if clock.transient_segments + most / segment > MAX_SEGMENTS:
+        what = f"{most:g} makes {most / segment:.3g} segments of {segment:g}"
+        raise place.error(MAX_DURATION, what, f"at most {MAX_SEGMENTS} segments; longer ones make fewer")
 
 
 def _longest(section: IntegrateSection) -> tuple[Keys, float]:

@@ -27,6 +27,8 @@ RESERVED = frozenset(
         *("attractor_number", "attractor_kind", "attractor_point", "attractor_exponents", "attractor_share"),
         *("attractor_share_se", "kind", "starts", "basin_share", "basin_share_se", "lifetime", "lifetime_se"),
         *("lifetime_after", "lifetime_p", "lifetime_at_least", "chaotic_share", "chaotic_share_se"),
+        *("growth_departure", "birkhoff_digits", "chaotic_until", "cycle_symmetry", "cycle_point"),
+        *("multiplier_re", "multiplier_im"),
     ]
 )
 

@@ -1,0 +1,111 @@
+"""Evidence cut off at a time: what a run of that length leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from quavsweep.classify import classify
+from quavsweep.codes import Certificate, Region, Status
+from quavsweep.config import Sweep
+from quavsweep.errors import ConfigError
+from quavsweep.grid import Tile
+from quavsweep.horizon import truncated
+from quavsweep.integrate import integrate_tile
+from quavsweep.measures import Evidence
+from quavsweep.plan import make_plan
+from tests.conftest import LORENZ, YAW
+
+LENGTHS = (
+    "transient: 200, duration: 600}\nmeasures: {lyapunov: {exponents: 3, block: 25}}",
+    "transient: 1000, duration: %d}\nmeasures: {lyapunov: {exponents: 3, block: 25, batch: 62.5}}",
+)
+SAME = (
+    *("region", "status", "time_used", "lyapunov", "lyapunov_raw", "lyapunov_se", "growth_departure"),
+    *("birkhoff_digits", "was_chaotic", "chaotic_until", "lyapunov_chaotic", "lyapunov_chaotic_se"),
+    *("settle_time", "sum_error", "zero_error"),
+)
+
+
+def _integrated(sweep: Sweep) -> Evidence:
+    return integrate_tile(make_plan(sweep, 16), Tile(0, 0, sweep.grid.size), lambda: False)
+
+
+@pytest.mark.parametrize("stop_early", ["true", "false"])
+def test_a_horizon_is_a_run_of_that_length(make_sweep: Callable[..., Sweep], stop_early: str) -> None:
+    def sweep_of(duration: int) -> Sweep:
+        return make_sweep(YAW + f"stop_early: {stop_early}\n", (LENGTHS[0], LENGTHS[1] % duration))
+
+    sweep = sweep_of(3000)
+    evidence = _integrated(sweep)
+    before = {name: values.copy() for name, values in evidence.items()}
+    for duration in (250, 1000, 2250):
+        shorter = sweep_of(duration)
+        real = classify(shorter, _integrated(shorter))
+        cut = truncated(sweep, evidence, shorter.clock.steps)
+        for name in SAME:
+            np.testing.assert_array_equal(classify(sweep, cut)[name], real[name], err_msg=f"{name} at {duration}")
+        went_on = evidence["steps"] > shorter.clock.steps
+        assert went_on.any()
+        assert np.isnan(cut["state"][went_on]).all()
+        np.testing.assert_array_equal(cut["state"][~went_on], evidence["state"][~went_on])
+    for name, values in before.items():
+        np.testing.assert_array_equal(evidence[name], values)
+    whole = truncated(sweep, evidence, sweep.clock.steps)
+    for name, values in whole.items():
+        np.testing.assert_array_equal(values, evidence[name], err_msg=name)
+
+
+def test_what_diverges_later_has_not_diverged_yet(make_sweep: Callable[..., Sweep]) -> None:
+    sweep = make_sweep(LORENZ)
+    evidence = _integrated(sweep)
+    steps = sweep.clock.segment_steps
+    last = sweep.clock.segments
+    evidence["status"][0], evidence["steps"][0] = Status.DIVERGED, last * steps
+    evidence["growth_total"][0, -1] = np.nan
+    evidence["status"][1], evidence["steps"][1] = Status.FRAME_DEGENERATE, last * steps
+    evidence["growth_total"][1] = np.where(np.arange(last) < last - 2, 0.0, np.nan)[:, None]
+    early = truncated(sweep, evidence, (last - 1) * steps)
+    assert early["status"][0] == Status.TIME_OVER
+    assert early["status"][1] == Status.FRAME_DEGENERATE
+    assert truncated(sweep, evidence, (last - 2) * steps)["status"][1] == Status.TIME_OVER
+    gone = (evidence["status"] == Status.DIVERGED) & (evidence["steps"] <= (last - 1) * steps)
+    assert (early["status"][gone] == Status.DIVERGED).all()
+
+
+def test_certificates_are_forgotten_and_rests_are_not(make_sweep: Callable[..., Sweep]) -> None:
+    sweep = make_sweep(YAW, (LENGTHS[0], LENGTHS[1] % 3000))
+    segment = sweep.clock.segment_steps
+    evidence = {v.name: v.empty(4, sweep.extents) for v in sweep.measures.evidence}
+    evidence["status"][:], evidence["steps"][:] = Status.TIME_OVER, sweep.clock.steps
+    evidence["growth"][:], evidence["growth_total"][:] = 0.0, 0.0
+    evidence["certificate"][:] = [Certificate.SINK, Certificate.SINK, Certificate.CYCLE, Certificate.REST]
+    evidence["certified_steps"][:3] = 12 * segment
+    evidence["settled_steps"][:3] = 11 * segment
+    evidence["rest_steps"][:] = np.array([0, 6, 0, 8]) * segment
+    evidence["equilibrium"][:], evidence["eigenvalue_re"][:], evidence["eigenvalue_im"][:] = 1.0, 2.0, 0.0
+    evidence["period"][2], evidence["cycle_hits"][2], evidence["multiplier_re"][2] = 20.0, 2, 0.5
+    at = {n: truncated(sweep, evidence, n * segment) for n in (7, 10, 12)}
+    kinds = {n: [Certificate(c).name for c in cut["certificate"]] for n, cut in at.items()}
+    assert kinds == {
+        7: ["NONE", "REST", "NONE", "NONE"],
+        10: ["NONE", "REST", "NONE", "REST"],
+        12: ["SINK", "SINK", "CYCLE", "REST"],
+    }
+    assert at[7]["rest_steps"].tolist() == [0, 6 * segment, 0, 0]
+    assert np.isnan(at[7]["equilibrium"][[0, 2, 3]]).all()
+    assert (at[7]["equilibrium"][1] == 1.0).all()
+    assert np.isnan(at[10]["period"][2])
+    assert at[10]["cycle_hits"][2] == 0
+    assert at[12]["period"][2] == 20.0
+    assert classify(sweep, at[10])["region"][[1, 3]].tolist() == [Region.SADDLE] * 2
+
+
+@pytest.mark.parametrize("steps", [0, 1, 50_000, 62_501])
+def test_a_run_cannot_end_anywhere(make_sweep: Callable[..., Sweep], steps: int) -> None:
+    sweep = make_sweep(YAW, (LENGTHS[0], LENGTHS[1] % 3000))
+    evidence = {v.name: v.empty(1, sweep.extents) for v in sweep.measures.evidence}
+    with pytest.raises(ConfigError, match="whole segments of 250 beyond the transient, 1000"):
+        truncated(sweep, evidence, steps)

@@ -1,0 +1,1 @@
+"""How this engine is judged, row by row: on systems that nobody here invented, and against itself."""
