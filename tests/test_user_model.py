@@ -186,6 +186,14 @@ def test_a_template_of_a_users_model_is_read(files: tuple[Path, Path]) -> None:
             "lambda omega: 3 * pi",
             "the equations do not repeat themselves after the forcing_period",
         ),
+        (
+            "forcing_period=lambda omega: 2 * pi / omega",
+            "forcing_period=6",
+            r":13: forcing_period is 6, which is no func",
+        ),
+        ('Parameter("drive", 1.15)', 'Parameter("drive", -1, low=0)', r":13: the default -1 of drive is not possible"),
+        ("    rhs=rhs,", "    rhs=rhs,\n    source='a\\nb',", r"source: .*texts have one line"),
+        ("    states=(State(", "    states=(9, State(", r":13: .*'int' object has no attribute 'name'"),
         ("def rhs(t", "def rhs(t t", r":9: cannot be read: .*"),
         ("MODEL = Model(", "MODELS = Model(", r": makes no MODEL; it must say MODEL = Model"),
         ('name="driven_pendulum"', 'name="lorenz"', r"the catalogue has a model lorenz already"),
@@ -201,7 +209,9 @@ def test_mistakes_are_told_with_their_line(files: tuple[Path, Path], old: str, n
     with pytest.raises((ModelError, ConfigError), match=says) as caught:
         load_sweep(config, model=path)
     assert caught.value.exit_code == 2
-    assert "my_model.py" in str(caught.value) or "catalogue" in str(caught.value) or "repeat" in str(caught.value)
+    assert (
+        "my_model.py" in str(caught.value) or "catalogue" in str(caught.value) or "driven_pendulum" in str(caught.value)
+    )
     assert len(str(caught.value).splitlines()) == 1
 
 
