@@ -1,12 +1,12 @@
-"""What must be true of both planes of the paper: volume contraction, exponents of sinks, certificates that are final.
+"""What must be true of both planes of the paper: volume contraction, exponents of sinks, rims of certificates.
 
 These take minutes and are left out of a plain run: `pytest -m slow tests/test_truth.py`; `-s` prints the figures.
+What else is judged on them are rows of `python -m tests.truth`.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,35 +14,17 @@ import pytest
 from quavsweep.analysis.certificate import Shape
 from quavsweep.analysis.equilibrium import eigensystem, vector_field
 from quavsweep.classify.growth import growth_of
-from quavsweep.codes import Certificate, Region, Status
-from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
+from quavsweep.codes import Certificate, Region
 from quavsweep.grid import Tile
 from quavsweep.kernels.compiler import make_advance
 from quavsweep.kernels.layout import Layout
-from quavsweep.measures import Evidence
 from quavsweep.plan import cell_values, make_plan
-from quavsweep.provenance import identify
 from quavsweep.result import Result, open_result
-from quavsweep.store import RunFolder, ShardSet
 from quavsweep.sweep import run_sweep
+from tests.truth.laboratory import changed, stored_evidence
+from tests.truth.plane import PLANES, THUMBNAIL, plane
 
-CONFIGS = Path(__file__).parent.parent / "configs"
-PLANES = ["omega_c", "omega_ix"]
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1200)]
-
-
-def _plane(name: str, shape: tuple[int, int] | None = None, **changes: Any) -> Sweep:
-    """Return a shipped config, on a thumbnail grid if a shape is given; `changes` are keys of it or of integrate."""
-    data = load_sweep(CONFIGS / f"{name}.yaml").canonical()
-    if shape:
-        for axis, num in zip(data["axes"].values(), shape, strict=True):
-            axis["num"] = num
-    for key, value in changes.items():
-        if key in data["integrate"]:
-            data["integrate"][key] = value
-        else:
-            data[key] = value
-    return parse_sweep(dump_config(data))
 
 
 def _sum_error(result: Result) -> np.ndarray:
@@ -53,15 +35,9 @@ def _sum_error(result: Result) -> np.ndarray:
     return np.asarray(result["lyapunov_raw"].sum(axis=-1).ravel() - divergence)
 
 
-def _evidence(folder: Path, sweep: Sweep) -> Evidence:
-    shards = ShardSet.scan(RunFolder(folder), sweep, identify(sweep), 1)
-    parts = [shards.read(index, {}) for index in range(shards.tiles)]
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-
 @pytest.mark.parametrize("name", PLANES)
 def test_raw_sums_equal_the_divergence_in_every_cell(name: str, tmp_path: Path) -> None:
-    result = open_result(run_sweep(_plane(name, stop_early=False), tmp_path))
+    result = open_result(run_sweep(plane(name, None, "stop_early=false"), tmp_path))
     worst = np.abs(_sum_error(result)).max()
     print(f"\n{name}: {result.sweep.grid.size} cells, worst sum error {worst:.2e}")
     assert worst < 1e-7
@@ -71,10 +47,9 @@ def test_raw_sums_equal_the_divergence_in_every_cell(name: str, tmp_path: Path) 
 def test_the_sum_error_falls_with_the_fourth_power_of_the_step(name: str, tmp_path: Path) -> None:
     worst = []
     for n, dt in enumerate((0.02, 0.01, 0.005)):
-        sweep = _plane(name, (31, 15), stop_early=False, dt=dt)
-        data = sweep.canonical()
-        data["measures"]["lyapunov"]["block"] = 25 * 2**n  # orthonormalise at the same times
-        result = open_result(run_sweep(parse_sweep(dump_config(data)), tmp_path / str(n)))
+        same_times = f"measures.lyapunov.block={25 * 2**n}"  # between two orthonormalisations
+        sweep = changed(plane(name, (31, 15), "stop_early=false"), f"integrate.dt={dt}", same_times)
+        result = open_result(run_sweep(sweep, tmp_path / str(n)))
         assert result.sweep.clock.duration == 3000
         worst.append(np.abs(_sum_error(result)).max())
     ratios = worst[0] / worst[1], worst[1] / worst[2]
@@ -86,7 +61,7 @@ def test_the_sum_error_falls_with_the_fourth_power_of_the_step(name: str, tmp_pa
 @pytest.mark.parametrize("name", PLANES)
 def test_exponents_of_sinks_are_eigenvalues(name: str, tmp_path: Path) -> None:
     """Against a Jacobian by complex steps from the model's own function."""
-    sweep = _plane(name, (91, 41))
+    sweep = plane(name, THUMBNAIL)
     result = open_result(run_sweep(sweep, tmp_path))
     cells = np.flatnonzero(result["region"].ravel() == Region.SINK)
     assert cells.size > 1000
@@ -111,9 +86,9 @@ def test_exponents_of_sinks_are_eigenvalues(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", PLANES)
 def test_raw_exponents_of_sinks_agree_with_the_exact_ones(name: str, tmp_path: Path) -> None:
-    sweep = _plane(name, (91, 41), stop_early=False)
+    sweep = plane(name, THUMBNAIL, "stop_early=false")
     run_sweep(sweep, tmp_path)
-    evidence, clock = _evidence(tmp_path, sweep), sweep.clock
+    evidence, clock = stored_evidence(tmp_path, sweep), sweep.clock
     sink = np.flatnonzero(evidence["certificate"] == Certificate.SINK)
     settled = evidence["settled_steps"][sink]
     # The look before is the last one outside; whoever was inside at the end of the transient settled within it.
@@ -131,9 +106,9 @@ def test_raw_exponents_of_sinks_agree_with_the_exact_ones(name: str, tmp_path: P
 @pytest.mark.parametrize("name", PLANES)
 def test_orbits_from_the_rims_of_certificates_fall_in(name: str, tmp_path: Path) -> None:
     """100 orbits from the rim of each of 10 cells per plane, at the largest level that a certificate accepts."""
-    sweep = _plane(name, (91, 41))
+    sweep = plane(name, THUMBNAIL)
     run_sweep(sweep, tmp_path)
-    evidence = _evidence(tmp_path, sweep)
+    evidence = stored_evidence(tmp_path, sweep)
     sinks = np.flatnonzero(evidence["certificate"] == Certificate.SINK)
     rng = np.random.default_rng(11)
     cells = np.sort(rng.choice(sinks, 10, replace=False))
@@ -165,21 +140,3 @@ def test_orbits_from_the_rims_of_certificates_fall_in(name: str, tmp_path: Path)
         before = np.maximum(level, 1e-12)
     print(f"\n{name}: levels of the rims {low.min():.3f} to {low.max():.3f}, after 2000 s at most {level.max():.1e}")
     assert level.max() < 1e-9
-
-
-@pytest.mark.parametrize("name", PLANES)
-def test_certificates_are_final(name: str, tmp_path: Path) -> None:
-    """Ten times the time without early ends: every certified sink ends in the same equilibrium."""
-    short = _plane(name, (91, 41))
-    run_sweep(short, tmp_path / "short")
-    long = _plane(name, (91, 41), stop_early=False, transient=10000.0, duration=30000.0)
-    run_sweep(long, tmp_path / "long")
-    first, last = _evidence(tmp_path / "short", short), _evidence(tmp_path / "long", long)
-    sink = first["certificate"] == Certificate.SINK
-    assert (first["status"][sink] == Status.ENDED_SINK).all()
-    away = np.linalg.norm(last["state"] - first["equilibrium"], axis=1)[sink]
-    print(f"\n{name}: {sink.sum()} certified sinks, all within {away.max():.1e} of their equilibrium at 40,000 s")
-    print(
-        f"of the others, {(last['certificate'][~sink] == Certificate.SINK).sum()} of {(~sink).sum()} are sinks by then"
-    )
-    assert away.max() < 1e-9

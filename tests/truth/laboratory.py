@@ -49,10 +49,15 @@ class Laboratory:
         return open_result(run_sweep(sweep, self.path(name), workers=self.workers))
 
     def evidence(self, name: str, sweep: Sweep) -> Evidence:
-        """Return what a complete run has stored of all its cells, in order."""
-        shards = ShardSet.scan(RunFolder(self.path(name)), sweep, identify(sweep), 1)
-        parts = [shards.read(index, {}) for index in range(shards.tiles)]
-        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        """Return what the complete run of that name has stored."""
+        return stored_evidence(self.path(name), sweep)
+
+
+def stored_evidence(folder: Path, sweep: Sweep) -> Evidence:
+    """Return what a complete run has stored of all its cells, in order."""
+    shards = ShardSet.scan(RunFolder(folder), sweep, identify(sweep), 1)
+    parts = [shards.read(index, {}) for index in range(shards.tiles)]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def changed(sweep: Sweep, *changes: str) -> Sweep:

@@ -32,7 +32,7 @@ model: lorenz
 axes:
   rho: {values: [24, 24.4]}
   ensemble: {num: 256, seed: 1, box: {x: [-20, 20], y: [-20, 20], z: [5, 45]}}
-integrate: {method: rk4, dt: 0.01, duration: 20000, segment: 50}
+integrate: {method: rk4, dt: 0.01, duration: 20000, segment: 200}
 """
 EXPECTED = (Region.SINK, Region.SINK, Region.SINK, Region.CHAOS, *[Region.PERIODIC] * 3)
 LAST_CHANGE = (28.0, 230.0, 1700.0)  # mean time over all starts
