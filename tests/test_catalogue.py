@@ -8,15 +8,17 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from quavsweep.classify import classify
 from quavsweep.codes import Region
 from quavsweep.config import Sweep, parse_sweep
 from quavsweep.config.template import make_template
+from quavsweep.grid import Tile
+from quavsweep.integrate import integrate_tile
 from quavsweep.kernels.layout import generic_frame
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.program import TIME, Program
 from quavsweep.models import NAMES, Model, load_model
 from quavsweep.plan import cell_values, make_plan
-from quavsweep.point import compute_point
 
 T = 0.7  # time at which forced systems are looked at
 TINY = 1e-30  # step of complex steps
@@ -206,15 +208,15 @@ PUBLISHED = {
 def test_largest_exponents_are_the_published_ones(name: str) -> None:
     model = load_model(name)
     initial, method, dt, transient, duration, value, _ = PUBLISHED[name]
-    point = compute_point(_sweep(model, initial, method, dt, transient, duration), {})
-    largest, error = point.values["lyapunov"][0], point.values["lyapunov_se"][0]
-    assert point.values["region"] == Region.CHAOS
+    values = _classified(_sweep(model, initial, method, dt, transient, duration))
+    largest, error = values["lyapunov"][0], values["lyapunov_se"][0]
+    assert values["region"] == Region.CHAOS
     assert largest > 3 * error
     if value is not None:
         assert error < 0.02 * value[0] + 0.002
         assert abs(largest - value[0]) < 3 * error + value[1]
     if name in DIVERGENCE:
-        assert point.values["lyapunov_raw"].sum() == pytest.approx(DIVERGENCE[name](model.defaults), abs=1e-5)
+        assert values["lyapunov_raw"].sum() == pytest.approx(DIVERGENCE[name](model.defaults), abs=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -228,8 +230,13 @@ def test_largest_exponents_are_the_published_ones(name: str) -> None:
 def test_exponents_are_the_closed_form(name: str, initial: tuple[float, ...], exponents: tuple[float, ...]) -> None:
     """With rk4, dt = 0.02, transient 100 and duration 400, without early ends."""
     sweep = _sweep(load_model(name), initial, "rk4", 0.02, 100, 400)
-    raw = compute_point(sweep, {}).values["lyapunov_raw"]
+    raw = _classified(sweep)["lyapunov_raw"]
     np.testing.assert_allclose(np.sort(raw)[::-1], exponents, rtol=0, atol=1e-8)
+
+
+def _classified(sweep: Sweep) -> dict[str, np.ndarray]:
+    evidence = integrate_tile(make_plan(sweep, 16), Tile(0, 0, 1), lambda: False)
+    return {name: values[0] for name, values in classify(sweep, evidence).items()}
 
 
 def _sweep(

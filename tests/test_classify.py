@@ -325,3 +325,30 @@ def test_chaos_of_the_lorenz_system_is_never_periodic(make_sweep: Callable[..., 
         found = classify(sweep, _uncertified(_integrated(sweep)))["region"]
         assert set(found.tolist()) <= {Region.CHAOS, Region.UNDECIDED}
         assert (found == Region.CHAOS).mean() > (0.99 if duration == 400 else 0.5)
+
+
+@pytest.mark.slow
+def test_certified_ends_agree_with_the_long_averages(make_sweep: Callable[..., Sweep]) -> None:
+    """Every certified cell of a thumbnail of the plane, integrated to the end: without certificates none is chaotic."""
+    sweep = make_sweep(
+        YAW + "stop_early: false\n",
+        ("num: 9", "num: 46"),
+        ("num: 5", "num: 21"),
+        ("transient: 200, duration: 600", "transient: 1000, duration: 3000"),
+    )
+    evidence = _integrated(sweep)
+    exact = classify(sweep, evidence)
+    cycle = evidence["certificate"] == Certificate.CYCLE
+    blind = classify(sweep, _uncertified(evidence))
+    found = blind["region"][cycle]
+    regular = cycle & (blind["was_chaotic"] == 0)
+    off = np.abs(blind["lyapunov"] - exact["lyapunov"])[regular]
+    departure = 2 * blind["growth_departure"] / sweep.clock.duration
+    within = off <= np.maximum(3 * blind["lyapunov_se"], departure)[regular]
+    periodic = (found == Region.PERIODIC).mean()
+    print(
+        f"\n{cycle.sum()} cycles, {periodic:.1%} periodic without certificates; averages right in {within.mean(axis=0)}"
+    )
+    assert not np.isin(found, (Region.CHAOS, Region.QUASI_PERIODIC)).any()
+    assert (np.abs(exact["zero_error"][cycle]) < 1e-8).all()
+    assert (within.mean(axis=0) > 0.97).all()

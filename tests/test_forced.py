@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from quavsweep.codes import Certificate
 from quavsweep.config import Sweep, dump_config, parse_sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Tile
@@ -18,7 +19,8 @@ from quavsweep.kernels.layout import generic_frame
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.method import DP8, RK4, ButcherTable
 from quavsweep.kernels.step import choose_layout
-from quavsweep.models import load_model
+from quavsweep.models import Model, Parameter, State, load_model
+from quavsweep.models.function import cos
 from quavsweep.plan import make_plan
 from quavsweep.step_check import check_step
 from tests import twin
@@ -141,6 +143,19 @@ def test_a_period_that_cannot_be_is_refused(
 def test_an_axis_of_one_value_may_set_the_period(make_sweep: Callable[..., Sweep]) -> None:
     sweep = make_sweep(DUFFING, ("axes: {", "axes: {omega: {values: [2.0]}, "))
     assert sweep.clock.period_steps * sweep.clock.dt == pytest.approx(np.pi)
+
+
+def test_a_frequency_is_swept_with_the_phase_as_a_state() -> None:
+    def rhs(x, v, phase, delta, gamma, omega):  # type: ignore[no-untyped-def]
+        return v, gamma * cos(phase) - delta * v + x - x**3, omega
+
+    states = (State("x"), State("v"), State("phase", "rad", circle=2 * np.pi))
+    model = Model("swept", rhs, states, (Parameter("delta", 0.3), Parameter("gamma", 0.2), Parameter("omega", 1.2)))
+    text = DUFFING.replace("duffing", "swept").replace("v: 0", "v: 0, phase: 0").replace("gamma: {", "omega: {")
+    sweep = parse_sweep(text.replace("start: 0.2, stop: 0.65, num: 20", "values: [0.8, 1.5]"), model=model)
+    evidence = integrate_tile(make_plan(sweep, 16), Tile(0, 0, 2), lambda: False)
+    np.testing.assert_array_equal(evidence["certificate"], Certificate.CYCLE)
+    np.testing.assert_allclose(evidence["period"], [2 * np.pi / 0.8, 2 * np.pi / 1.5], rtol=1e-9)
 
 
 def test_half_the_step_is_checked_in_phase(make_sweep: Callable[..., Sweep]) -> None:

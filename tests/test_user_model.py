@@ -77,7 +77,10 @@ def test_a_forced_oscillator_rests_cycles_and_is_chaotic(files: tuple[Path, Path
     result = open_result(out)
     expected = [Status.ENDED_SINK, Status.ENDED_CYCLE, Status.TIME_OVER, Status.ENDED_CYCLE]
     np.testing.assert_array_equal(result["status"], expected)
-    assert (result["region"][0], result["region"][2]) == (Region.SINK, Region.CHAOS)
+    regions = [Region.SINK, Region.PERIODIC, Region.CHAOS, Region.PERIODIC]
+    np.testing.assert_array_equal(result["region"], regions)
+    np.testing.assert_allclose(result["period"][[1, 3]], 3 * np.pi)
+    np.testing.assert_allclose(result["lyapunov"][[1, 3]].sum(axis=1), -0.5)
     np.testing.assert_allclose(result["lyapunov"][0], -0.25)  # a spiral: half the damping
     np.testing.assert_allclose(result["lyapunov_raw"][2].sum(), -0.5, atol=1e-6)
     assert isinstance(result.sweep.model, DescribedModel)
@@ -186,6 +189,14 @@ def test_a_template_of_a_users_model_is_read(files: tuple[Path, Path]) -> None:
             "lambda omega: 3 * pi",
             "the equations do not repeat themselves after the forcing_period",
         ),
+        (
+            "forcing_period=lambda omega: 2 * pi / omega",
+            "forcing_period=6",
+            r":13: forcing_period is 6, which is no func",
+        ),
+        ('Parameter("drive", 1.15)', 'Parameter("drive", -1, low=0)', r":13: the default -1 of drive is not possible"),
+        ("    rhs=rhs,", "    rhs=rhs,\n    source='a\\nb',", r"source: .*texts have one line"),
+        ("    states=(State(", "    states=(9, State(", r":13: .*'int' object has no attribute 'name'"),
         ("def rhs(t", "def rhs(t t", r":9: cannot be read: .*"),
         ("MODEL = Model(", "MODELS = Model(", r": makes no MODEL; it must say MODEL = Model"),
         ('name="driven_pendulum"', 'name="lorenz"', r"the catalogue has a model lorenz already"),
@@ -201,7 +212,9 @@ def test_mistakes_are_told_with_their_line(files: tuple[Path, Path], old: str, n
     with pytest.raises((ModelError, ConfigError), match=says) as caught:
         load_sweep(config, model=path)
     assert caught.value.exit_code == 2
-    assert "my_model.py" in str(caught.value) or "catalogue" in str(caught.value) or "repeat" in str(caught.value)
+    assert (
+        "my_model.py" in str(caught.value) or "catalogue" in str(caught.value) or "driven_pendulum" in str(caught.value)
+    )
     assert len(str(caught.value).splitlines()) == 1
 
 

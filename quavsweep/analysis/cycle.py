@@ -229,7 +229,9 @@ class CycleSearch:
         period, multiple = hits.time[:, 0] - hits.time[rows, count], np.ones_like(count)
         if self._forced:
             period, multiple = self._program.forcing_periods(parameters) * count, count
-        closed = self._shooting.close(hits.state[:, 0], period, parameters, stretch.amplitude, multiple)
+        closed = self._shooting.close(
+            hits.state[:, 0], period, parameters, stretch.amplitude, multiple, to_be_stable=True
+        )
         multipliers, exponents = floquet(self._flow, closed, parameters)
         slowest = self._slowest(multipliers)
         doubled = closed.found & (multipliers.real.min(axis=1) <= -UNIT)

@@ -10,7 +10,8 @@ from quavsweep.analysis.equilibrium import Time, derivatives
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
 
-ITERATIONS = 12  # of the Illinois method, of order 1.44: the bracket is below rounding long before
+ITERATIONS = 12  # of the Illinois method, of order 1.44, at most
+CLOSE = 1e-15  # change of the time, in steps, that ends them
 
 # Of states (D, n), coefficients (C, n) and, in forced systems, time to (n,).
 Event = Callable[..., np.ndarray]
@@ -104,18 +105,25 @@ def locate(
     .. [1] M. Dowell, P. Jarratt, BIT 11, 168 (1971).
     """
     low, high = np.zeros(u.shape[1]), np.zeros(u.shape[1]) + dt
+    near = CLOSE * high
 
-    def after(time: np.ndarray) -> np.ndarray:
-        return event(step(program, method, time, u, coefficients, t), coefficients, *_told(t, time))
+    def after(time: np.ndarray, which: np.ndarray) -> np.ndarray:
+        c, begin = coefficients[:, which], t if t is None or np.ndim(t) == 0 else np.asarray(t)[which]
+        return event(step(program, method, time, u[:, which], c, begin), c, *_told(begin, time))
 
-    at_low, at_high = event(u, coefficients, *_told(t, low)), after(high)
-    time = high
+    open_ = np.arange(u.shape[1])
+    at_low, at_high = np.array(event(u, coefficients, *_told(t, low))), np.array(after(high, open_))
     for _ in range(ITERATIONS):
-        rise = at_high - at_low
-        time = np.where(rise == 0, high, (low * at_high - high * at_low) / np.where(rise == 0, 1.0, rise))
-        value = after(time)
-        opposite = value * at_high <= 0
+        if not open_.size:
+            break
+        a, b, f_a, f_b = low[open_], high[open_], at_low[open_], at_high[open_]
+        rise = f_b - f_a
+        time = np.where(rise == 0, b, (a * f_b - b * f_a) / np.where(rise == 0, 1.0, rise))
+        value = after(time, open_)
+        opposite = value * f_b <= 0
         # An end that stays counts half from then on, so that both ends move.
-        low, at_low = np.where(opposite, high, low), np.where(opposite, at_high, 0.5 * at_low)
-        high, at_high = time, value
+        low[open_], at_low[open_] = np.where(opposite, b, a), np.where(opposite, f_b, 0.5 * f_a)
+        high[open_], at_high[open_] = time, value
+        open_ = open_[(np.abs(time - b) > near[open_]) & (value != 0)]
+    time = high
     return time, step(program, method, time, u, coefficients, t)

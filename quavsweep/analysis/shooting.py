@@ -23,6 +23,7 @@ LOOSEST = 0.1  # change of the period against its first guess beyond which it is
 NEUTRAL = 1e-10  # wanted of the neutral exponent, 1/time
 ACCEPTED = 1e-8  # of the neutral exponent, where no halving of the step brings it lower
 HALVINGS = 3
+UNSTABLE = 1.05  # size of a multiplier that no halving brings back to 1
 GAIN = 100.0  # by which a halving of the step makes errors smaller, at least
 
 
@@ -115,6 +116,7 @@ class Shooting:
         parameters: Sequence[np.ndarray],
         amplitude: np.ndarray,
         multiple: np.ndarray,
+        to_be_stable: bool = False,
     ) -> Closed:
         """Return the closed orbits near points of a section.
 
@@ -130,11 +132,16 @@ class Shooting:
             Sizes of the states' motion, in units of which errors are measured.
         multiple : (n,) int
             Of which the number of steps has to be a multiple.
+        to_be_stable : bool
+            Whether clearly unstable orbits may be left as they are with long steps.
         """
         steps = grade(period / (self.step * multiple)) * multiple
         closed = self._newton(u, period, parameters, amplitude, steps, COARSE)
-        open_ = np.flatnonzero(closed.found)
-        closed.found[:] = False
+        refined = closed.found.copy()
+        if to_be_stable:
+            refined &= ~_unstable(closed, self.event is not None)
+        open_ = np.flatnonzero(refined)
+        closed.found[open_] = False
         for halving in range(1, HALVINGS + 1):
             if not open_.size:
                 break
@@ -217,6 +224,15 @@ class Shooting:
         table[-1, -1] = -event(x.T, coefficients)
         answer = solve(table).T
         return answer[:, :-1], answer[:, -1], velocity
+
+
+def _unstable(closed: Closed, autonomous: bool) -> np.ndarray:
+    """Return which orbits have a multiplier well outside the unit circle, (n,) bool, or do not close."""
+    values = np.linalg.eigvals(np.where(closed.found[:, None, None], closed.derivative, 0.0))
+    if autonomous:
+        neutral = np.argmin(np.abs(values - 1.0), axis=1)
+        values[np.arange(len(values)), neutral] = 0.0
+    return np.asarray(~closed.found | (np.abs(values).max(axis=1) > UNSTABLE))
 
 
 def _table(derivative: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -92,6 +92,8 @@ class Guide:
         signs: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return when, (k,), and in which states, (k, D), steps that begin in (k, D) hit the section, to rounding."""
+        if not len(begin):
+            return np.zeros(0), begin
         time, state = locate(
             self.flow.program, METHOD, dt, self._seen(signs), np.ascontiguousarray(begin.T), coefficients
         )

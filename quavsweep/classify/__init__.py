@@ -108,5 +108,5 @@ def _exponents(sweep: Sweep, evidence: Evidence, growth: Growth, region: np.ndar
         "lyapunov_chaotic": np.where(chaos, raw.rate[:, 0], np.where(was, phase.rate, np.nan)),
         "lyapunov_chaotic_se": np.where(chaos, raw.error[:, 0], np.where(was, phase.error, np.nan)),
         "sum_error": sum_error(sweep, evidence, raw, window),
-        "zero_error": zero_error(sweep, evidence, region, raw, exact),
+        "zero_error": zero_error(sweep, evidence, region, was, raw, exact),
     }

@@ -66,9 +66,11 @@ class Growth:
     def over_last(
         self, window: Window, parts: Sequence[int], exponents: slice = ALL, wanted: np.ndarray | None = None
     ) -> list[Average]:
-        """Return averages over the last 1 / part of a window per cell, for each part.
+        """Return averages over the last 1 / part of a window per cell, for each part, the longest first.
 
-        What they scatter by is read off the whole window, because a part of it has too few batches to tell.
+        What they scatter by is read off the whole window, because a part of it has too few batches to tell; and the
+        error of all parts is that of the longest, which tells the sign. In a shorter one the orbit must go on so: if it
+        does not, its growth is no longer as noisy either, and its departure tells.
         """
         wanted = np.ones(len(self.path), bool) if wanted is None else wanted
         n, k = self.path[:, exponents, 0].shape
@@ -80,7 +82,7 @@ class Growth:
             for part, average in zip(parts, averages, strict=True):
                 length = max((last - first) // part, 1)
                 average.rate[cells], average.departure[cells] = _line(path[..., -length - 1 :], self.batch)
-                average.error[cells[noisy]] = noise.error(length) / self.batch
+                average.error[cells[noisy]] = noise.error(max((last - first) // parts[0], 1)) / self.batch
                 average.time[cells] = length * self.batch
         return averages
 

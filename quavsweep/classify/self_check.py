@@ -50,14 +50,18 @@ def sum_error(sweep: Sweep, evidence: Evidence, raw: Average, window: Window) ->
         return np.asarray(raw.rate.sum(axis=1) - mean / raw.time)
 
 
-def zero_error(sweep: Sweep, evidence: Evidence, region: np.ndarray, raw: Average, exact: np.ndarray) -> np.ndarray:
+def zero_error(
+    sweep: Sweep, evidence: Evidence, region: np.ndarray, was_chaotic: np.ndarray, raw: Average, exact: np.ndarray
+) -> np.ndarray:
     """Return the smallest |exponent| of orbits away from equilibria, (n,) float64 [1/time].
 
     Of a certified cycle it is that of its multipliers, of others that of the averages, if they reach down to zero.
+    Averages over chaos and the regular orbit behind it have no exponent that must be zero.
     """
     if missing_zero(sweep):
         return np.full(len(region), np.nan)
-    moving = np.isin(region, (Region.CHAOS, Region.QUASI_PERIODIC, Region.PERIODIC))
+    regular = np.isin(region, (Region.QUASI_PERIODIC, Region.PERIODIC)) & ~was_chaotic
+    moving = (region == Region.CHAOS) | regular
     reaches = ~signs(raw, sweep.config.classify).positive[:, -1]
     averaged = np.where(moving & reaches, np.abs(raw.rate).min(axis=1), np.nan)
     closed = evidence["certificate"] == Certificate.CYCLE

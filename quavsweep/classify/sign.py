@@ -2,7 +2,8 @@
 
 An exponent L over a time T is neutral if |L| < max(`errors` standard errors, `neutral` F / T), where F is the largest
 departure of the sum of growth from its straight line within that time. Along a bounded orbit the growth in the
-direction of the flow stays bounded: after T it may be off by as much as it ever was, and it shows how much that is.
+direction of the flow stays bounded: after T it may be off by its whole range, and if it comes near both ends of the
+range early or late, it departs from the line by half of that; hence `neutral` = 2, for all models.
 A large error makes an exponent neutral, so neutral alone is no reason to call an orbit regular; and an orbit that
 leaves a weakly unstable cycle has a small positive exponent and almost no departure, so chaos must also have grown.
 """

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from quavsweep.cli.text import count
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Mapping
+    from collections.abc import Container, Iterable, Mapping, Sequence
 
     import numpy as np
 
@@ -88,15 +88,36 @@ def numbers(single: Point, given: Container[str]) -> list[tuple[str, str]]:
         pairs = zip(values["lyapunov"], values["lyapunov_se"], strict=True)
         rows += [(f"exponent {k}", f"{v:.6g} {_error(e)}{rate}") for k, (v, e) in enumerate(pairs, 1)]
         if region != Region.CHAOS:
-            rows.append(("was chaotic", "yes" if values["was_chaotic"] else "no"))
+            until = f"until {values['chaotic_until']:g}{time}, with {values['lyapunov_chaotic']:.6g}"
+            error = _error(float(values["lyapunov_chaotic_se"]))
+            rows.append(("was chaotic", f"{until} {error}{rate}" if values["was_chaotic"] else "no"))
     rows.append(("time used", f"{values['time_used']:g}{time}"))
     if values["settle_time"] == values["settle_time"]:
         rows.append(("settled", f"after {values['settle_time']:g}{time}"))
-        rows.append(("equilibrium", _named(dict(zip(model.state_names, values["equilibrium"], strict=True)))))
-        eigenvalues = zip(values["eigenvalue_re"], values["eigenvalue_im"], strict=True)
-        rows.append(("eigenvalues", ", ".join(f"{re:.6g}{im:+.6g}i" if im else f"{re:.6g}" for re, im in eigenvalues)))
+    rows += _end(values, model.state_names, time)
     rows.append(("final state", _named(dict(zip(model.state_names, values["final_state"], strict=True)))))
     return rows + measured(single.sweep, values)
+
+
+def _end(values: Mapping[str, Any], states: Sequence[str], time: str) -> list[tuple[str, str]]:
+    """Return where the orbit ends, as rows: an equilibrium or a cycle, if one is known."""
+    if values["period"] == values["period"]:
+        return [
+            ("period", f"{values['period']:.9g}{time}, hits of the section: {int(values['cycle_hits'])}"),
+            ("its point", _named(dict(zip(states, values["cycle_point"], strict=True)))),
+            ("multipliers", _complex(values["multiplier_re"], values["multiplier_im"])),
+        ]
+    if values["equilibrium"][0] == values["equilibrium"][0]:
+        return [
+            ("equilibrium", _named(dict(zip(states, values["equilibrium"], strict=True)))),
+            ("eigenvalues", _complex(values["eigenvalue_re"], values["eigenvalue_im"])),
+        ]
+    return []
+
+
+def _complex(real: Iterable[float], imaginary: Iterable[float]) -> str:
+    pairs = zip(real, imaginary, strict=True)
+    return ", ".join(f"{re:.6g}{im:+.6g}i" if im else f"{re:.6g}" for re, im in pairs)
 
 
 def _error(error: float) -> str:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from quavsweep.errors import ConfigError, DamageError
-from quavsweep.kernels.description import read_description
-from quavsweep.kernels.lookup import make_program
+from quavsweep.errors import ConfigError, DamageError, ModelError
+from quavsweep.kernels.description import describe_model, read_description
 from quavsweep.models import NAMES, Model, load_model
 from quavsweep.models.user import read_model
 
@@ -24,9 +23,17 @@ def own_model(given: Model | Path | str) -> Model:
         If it cannot be made or compiled.
     """
     model = given if isinstance(given, Model) else read_model(given)
-    if model.name in NAMES and model is not load_model(model.name):
-        raise ConfigError(f"the catalogue has a model {model.name} already", possible="give yours another name")
-    make_program(model)
+    if model.name in NAMES:
+        if model is not load_model(model.name):
+            raise ConfigError(f"the catalogue has a model {model.name} already", possible="give yours another name")
+        return model
+    try:
+        read_description(describe_model(model))
+    except ValueError as error:
+        what = f"cannot be kept beside its runs ({error})"
+        raise ModelError(
+            what, model.name, "numbers are finite, texts have one line of at most 1000 characters"
+        ) from error
     return model
 
 

@@ -91,7 +91,7 @@ class Thresholds(BaseModel):
 
     errors: float = Field(default=3.0, gt=0, description="an exponent beyond so many standard errors is not zero")
     neutral: float = Field(
-        default=3.0, ge=0, description="nor is one beyond so often the departure of ln growth from its line, over time"
+        default=2.0, ge=0, description="nor is one beyond so often the departure of ln growth from its line, over time"
     )
     digits: float = Field(
         default=1.5, ge=0, description="weighted averages along a regular orbit agree to so many digits"

@@ -53,7 +53,7 @@ stop_early: true
 # Thresholds; changing them needs no new integration (quavsweep classify).
 classify:
   errors: 3  # an exponent is neutral within so many standard errors
-  neutral: 3  # and within so often the departure of its growth from a straight line, over the time averaged
+  neutral: 2  # and within so often the departure of its growth from a straight line, over the time averaged
   digits: 1.5  # to which weighted averages along a regular orbit agree
 """
 

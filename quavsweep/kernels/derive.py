@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -79,9 +80,10 @@ def _derivatives(model: Model, u: list[sp.Symbol], p: list[sp.Symbol], time: sp.
     except Exception as error:  # whatever a user's function may raise
         raise mistake(error, model.rhs) from error
     where, named = place_of_return(model.rhs), ", ".join(names)
-    if not isinstance(values, tuple | list | sp.Tuple):
+    if isinstance(values, sp.Expr | str) or not isinstance(values, Iterable):
         what = f"the equations return {'a single value' if isinstance(values, sp.Expr) else values}"
         raise ModelError(what, where, f"they return the derivatives of {named} in a tuple")
+    values = tuple(values)
     if len(values) != len(names):
         without = f", so {', '.join(names[len(values) :])} has no derivative" if len(values) < len(names) else ""
         what = f"the equations return {len(values)} derivatives for {len(names)} states{without}"
@@ -104,7 +106,7 @@ def _period(model: Model, p: list[sp.Symbol]) -> sp.Expr:
 def _expression(value: Any, where: str, what: str) -> sp.Expr:
     """Return a value of a user's function as an expression."""
     try:
-        expression = sp.nsimplify(value) if isinstance(value, int) else sp.sympify(value, strict=True)
+        expression = sp.Integer(value) if type(value) is int else sp.sympify(value, strict=True)
     except sp.SympifyError as error:
         raise ModelError(f"{what} is {value!r}, which is no number or expression", where) from error
     if not isinstance(expression, sp.Expr):

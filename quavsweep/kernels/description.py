@@ -26,7 +26,7 @@ MOST = 1000  # states, parameters, relations
 TARGET = r"[a-z][0-9]{1,9}"  # of an assignment
 ARITY = {"add": 2, "sub": 2, "mul": 2, "div": 2, "select_less": 4, "select_less_equal": 4}  # else 1
 
-_STRICT = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+_STRICT = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 Name = Annotated[str, Field(pattern=f"^{NAME}$")]
 Text = Annotated[str, Field(pattern=r"^\P{C}*$", max_length=1000)]  # no control characters
 

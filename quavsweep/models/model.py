@@ -217,12 +217,19 @@ class Model:
             raise ModelError(what, self.name, f"the states are {', '.join(self.state_names)}")
         if self.section is not None and self.section.direction not in ("up", "down", "both"):
             raise ModelError(f"the section's direction is {self.section.direction}", self.name, "up, down or both")
+        for parameter in self.parameters:
+            if not parameter.admits(parameter.default) or not math.isfinite(parameter.default):
+                what = f"the default {parameter.default:g} of {parameter.name} is not possible"
+                raise ModelError(what, self.name, f"it must be {parameter.domain or 'finite'}")
         if not self.bound > 0 or not all(0 <= state.circle < math.inf for state in self.states):
             raise ModelError("the bound and the circles of states are lengths", self.name, "numbers above 0")
 
     def _check_functions(self) -> None:
         """Refuse functions whose arguments are not the model's names."""
         forced = self.forcing_period is not None
+        for name, function in (("rhs", self.rhs), ("forcing_period", self.forcing_period)):
+            if not callable(function) and (name == "rhs" or forced):
+                raise ModelError(f"{name} is {function!r}, which is no function", self.name, f"{name}=lambda ...: ...")
         names = [*(["t"] if forced else []), *self.state_names, *self.parameter_names]
         arguments = list(inspect.signature(self.rhs).parameters)
         if arguments != names:
