@@ -72,7 +72,16 @@ def continue_cells(plan: Plan, begun: Evidence, stopped: Callable[[], bool]) -> 
     for name, values in begun.items():
         inside = tuple(slice(0, length) for length in values.shape)
         evidence[name][inside] = values
+    _revive(plan, evidence)
     return _integrate(plan, evidence, stopped)
+
+
+def _revive(plan: Plan, evidence: Evidence) -> None:
+    """Let cells go on that ended at the end of a shorter run only because its measures looked no further."""
+    end = evidence["steps"].max(initial=0)
+    if end < plan.sweep.measures.hold(plan.clock):
+        certified = np.isin(evidence["status"], (Status.ENDED_SINK, Status.ENDED_CYCLE))
+        evidence["status"][certified & (evidence["steps"] == end)] = Status.TIME_OVER
 
 
 def _integrate(plan: Plan, evidence: Evidence, stopped: Callable[[], bool]) -> Evidence:
@@ -83,8 +92,7 @@ def _integrate(plan: Plan, evidence: Evidence, stopped: Callable[[], bool]) -> E
     scaled = plan.program.coefficient_values(parameters, plan.method.time_unit(clock.dt))
     scene = Scene(plan.sweep.model, plan.program, plan.method, clock, coefficients, evidence)
     watchers = make_watchers(plan.sweep.measures, scene)
-    alive = np.flatnonzero(evidence["status"] == Status.TIME_OVER)
-    begun = int(evidence["steps"][alive].max(initial=0)) // clock.segment_steps
+    alive, begun = _living(plan, evidence)
     totals, volume = _totals(plan, evidence, alive, begun)
     lanes = _pack(plan, evidence, alive, scaled)
     for segment in range(begun, clock.segments):
@@ -118,6 +126,15 @@ def _integrate(plan: Plan, evidence: Evidence, stopped: Callable[[], bool]) -> E
     if plan.sweep.measures.verdict is not None:
         _integrate_beyond(plan, evidence, scaled, stopped)
     return {name: _canonical(values) for name, values in evidence.items()}
+
+
+def _living(plan: Plan, evidence: Evidence) -> tuple[np.ndarray, int]:
+    """Return the cells that go on, and how many segments they have done."""
+    steps = int(evidence["steps"].max(initial=0))
+    goes_on = evidence["status"] == Status.TIME_OVER
+    if steps < plan.sweep.measures.hold(plan.clock):
+        goes_on |= evidence["status"] == Status.FRAME_DEGENERATE  # a measure still looks at its state
+    return np.flatnonzero(goes_on & (evidence["steps"] == steps)), steps // plan.clock.segment_steps
 
 
 def _totals(plan: Plan, evidence: Evidence, alive: np.ndarray, begun: int) -> tuple[np.ndarray, np.ndarray]:

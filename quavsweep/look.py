@@ -11,7 +11,8 @@ from quavsweep.plan import Plan
 
 FULL_RANK = 27.6  # ln 1e12: vectors that a block stretches more unequally are parallel to rounding when it ends
 CALM = 4.0  # growth of ln along a cycle in a segment is bounded by its fastest against its slowest stretch
-LONGEST_STRETCH = 4  # segments in which returns are looked for, at most
+EVERY = 4  # looks; each of these follows an orbit for so many segments, so that cycles of half that length are seen
+LONGEST_STRETCH = 16  # segments that a look follows an orbit, at most
 
 
 def look(
@@ -109,14 +110,15 @@ def _write_equilibrium(evidence: Evidence, cells: np.ndarray, ends: Ends, which:
 def _find_cycles(plan: Plan, evidence: Evidence, cells: np.ndarray, parameters: list[np.ndarray]) -> None:
     """Write down which cells are bound to end in a cycle.
 
-    A look takes a batch of time; only where the number of segments done is a power of two it may take more, so that
-    long periods are found too without doubling the work on orbits that never return.
+    A look follows an orbit for a segment, every fourth one for four; only where the number of segments done is a power
+    of two it may take more, so that long periods are found too without doubling the work on orbits that never return.
     """
     clock = plan.clock
     done = int(evidence["steps"][cells[0]]) // clock.segment_steps
-    thorough = done & (done - 1) == 0
-    stretch = clock.segment_steps * min(done, LONGEST_STRETCH) if thorough else clock.batch_steps
-    cycles = plan.search.find(evidence["state"][cells], parameters, stretch)
+    segments = EVERY if done % EVERY == 0 else 1
+    if done & (done - 1) == 0:
+        segments = min(done, LONGEST_STRETCH)
+    cycles = plan.search.find(evidence["state"][cells], parameters, clock.segment_steps * segments)
     rests, closed = cycles.found & cycles.resting, cycles.found & ~cycles.resting
     _certify(plan, evidence, cells[rests], Certificate.SINK)
     evidence["equilibrium"][cells[rests]] = cycles.point[rests]

@@ -44,12 +44,18 @@ def with_passes(sweep: Sweep, evidence: Evidence, go_on: GoOn) -> tuple[Evidence
 
 
 def _merged(sweep: Sweep, evidence: Evidence, rows: np.ndarray, longer: Evidence) -> Evidence:
-    """Return evidence in which some cells have gone on; the others have nothing there."""
-    merged = {}
+    """Return evidence in which some cells have gone on; the others have nothing there.
+
+    What goes into the result as it is keeps its shape: an orbit is recorded up to the end of the sweep.
+    """
+    merged, kept = {}, {variable.name for variable in sweep.measures.outputs}
     for variable in sweep.measures.evidence:
-        values = evidence[variable.name]
-        wide = variable.empty(len(values), sweep.extents)
-        wide[tuple(slice(0, length) for length in values.shape)] = values
-        wide[rows] = longer[variable.name]
+        values, added = evidence[variable.name], longer[variable.name]
+        if variable.name in kept:
+            wide, added = values.copy(), added[(slice(None), *(slice(0, length) for length in values.shape[1:]))]
+        else:
+            wide = variable.empty(len(values), sweep.extents)
+            wide[tuple(slice(0, length) for length in values.shape)] = values
+        wide[rows] = added
         merged[variable.name] = wide
     return merged

@@ -149,7 +149,8 @@ def extend_sweep(
     path : Path
         Folder of the run.
     duration : float
-        Time over which exponents are averaged, in the model's time; rounded up to whole segments.
+        Time over which exponents are averaged, in the model's time; rounded up to whole segments. An effort that
+        reaches less far is raised to it.
     model : Model or Path, optional
         The model, or the file that makes it, if it is not of the catalogue.
 
@@ -163,7 +164,10 @@ def extend_sweep(
     folder = RunFolder(Path(path))
     folder.must_exist()
     present = load_sweep(folder.config)
-    sweep = load_sweep(folder.config, [f"integrate.duration={float(duration)!r}"], model)
+    changes = [f"integrate.duration={float(duration)!r}"]
+    if present.config.effort is not None and present.config.effort.max_duration < duration:
+        changes.append(f"effort.max_duration={float(duration)!r}")
+    sweep = load_sweep(folder.config, changes, model)
     if sweep.clock.steps < present.clock.steps:
         raise ConfigError(
             f"a duration of {duration:g} is shorter than that of the run",

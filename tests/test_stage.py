@@ -57,6 +57,26 @@ def test_an_extended_run_equals_a_longer_one_to_the_byte(tmp_path: Path) -> None
     assert (tmp_path / "short" / "config.yaml").read_bytes() == (tmp_path / "long" / "config.yaml").read_bytes()
 
 
+@pytest.mark.parametrize("measure", ["orbit: {every: 5}", "peak: {of: [p, r]}", "first_time: {of: p, above: 3}"])
+@pytest.mark.parametrize("sizes", [{}, {"until": 300}])
+def test_measures_that_look_to_the_end_look_on(measure: str, sizes: dict[str, int], tmp_path: Path) -> None:
+    text = YAW.replace(
+        "samples: {maxima: p, max: 30}", measure.replace("}", "".join(f", {k}: {v}" for k, v in sizes.items()) + "}")
+    )
+    run_sweep(parse_sweep(text), tmp_path / "short")
+    extended = extend_sweep(tmp_path / "short", 900)
+    assert extended.read_bytes() == run_sweep(parse_sweep(_longer(text, 900)), tmp_path / "long").read_bytes()
+
+
+def test_effort_keeps_the_shape_of_an_orbit_and_is_raised_by_an_extension(tmp_path: Path) -> None:
+    text = YAW.replace("samples: {maxima: p, max: 30}", "orbit: {every: 5, until: 700}") + EFFORT
+    short = open_result(run_sweep(parse_sweep(text), tmp_path))
+    assert short["orbit"].shape == (9, 5, 141, 3)
+    longer = open_result(extend_sweep(tmp_path, 3000))
+    assert longer.sweep.config.effort is not None
+    assert longer.sweep.config.effort.max_duration == 3000
+
+
 def test_a_stopped_extension_goes_on(tmp_path: Path) -> None:
     run_sweep(parse_sweep(YAW), tmp_path / "short", tile_cells=16)
     stop = threading.Event()

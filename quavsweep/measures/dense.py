@@ -59,7 +59,7 @@ class Orbit(DenseMeasure):
     def rounded(self, model: Model, clock: Clock) -> Self:
         """Return it with whole steps."""
         stride = max(1, clock.steps_of(self.every)) * clock.dt
-        until = None if self.until is None else last_step(self.until, clock) * clock.dt
+        until = rounded_end(self.until, clock)
         return self.model_copy(update={"every": stride, "after": clock.steps_of(self.after) * clock.dt, "until": until})
 
     def hold(self, clock: Clock) -> int:
@@ -151,7 +151,7 @@ class Peak(DenseMeasure):
 
     def rounded(self, model: Model, clock: Clock) -> Self:
         """Return it with whole steps."""
-        return self.model_copy(update={"until": self.hold(clock) * clock.dt})
+        return self.model_copy(update={"until": rounded_end(self.until, clock)})
 
     def hold(self, clock: Clock) -> int:
         """Return the last step that it looks at."""
@@ -188,7 +188,7 @@ class FirstTime(DenseMeasure):
 
     def rounded(self, model: Model, clock: Clock) -> Self:
         """Return it with whole steps."""
-        return self.model_copy(update={"until": self.hold(clock) * clock.dt})
+        return self.model_copy(update={"until": rounded_end(self.until, clock)})
 
     def hold(self, clock: Clock) -> int:
         """Return the last step that it looks at."""
@@ -209,6 +209,11 @@ class LastTime(DenseMeasure):
     def problem(self, model: Model, clock: Clock) -> Problem | None:
         """Return what is wrong with the state."""
         return unknown_state(self.of, "of", model)
+
+
+def rounded_end(until: float | None, clock: Clock) -> float | None:
+    """Return the time until which a measure looks in whole steps; None, the end of the run, stays open."""
+    return None if until is None else last_step(until, clock) * clock.dt
 
 
 def last_step(until: float | None, clock: Clock) -> int:
