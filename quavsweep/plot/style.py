@@ -112,8 +112,11 @@ def measured(value: float, error: float) -> str:
     if not np.isfinite(error) or error <= 0:
         return number(value)
     digits = 1 - int(np.floor(np.log10(error)))
-    if not 0 <= digits <= 7:
-        return rf"{number(value)} \pm {number(float(f'{error:.1e}'))}"
+    exponent = int(np.floor(np.log10(max(abs(value), error))))
+    if not (0 <= digits <= 7 or 0 <= exponent <= 3):
+        scale, digits = 10.0**exponent, max(0, digits + exponent)
+        return rf"({value / scale:.{digits}f} \pm {error / scale:.{digits}f})\times 10^{{{exponent}}}"
+    digits = max(0, digits)
     return rf"{value:.{digits}f} \pm {error:.{digits}f}"
 
 
