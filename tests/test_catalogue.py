@@ -234,6 +234,21 @@ def test_exponents_are_the_closed_form(name: str, initial: tuple[float, ...], ex
     np.testing.assert_allclose(np.sort(raw)[::-1], exponents, rtol=0, atol=1e-8)
 
 
+def test_a_linear_system_is_never_chaotic(make_sweep: Callable[..., Sweep]) -> None:
+    """What grows without end is unbounded, also where it does so slowly."""
+    sweep = make_sweep(
+        make_template(load_model("linear"), "linear"),
+        ("start: -1, stop: 0.1, num: 12", "start: -0.1, stop: 0.1, num: 5"),
+        ("duration: 400", "duration: 2000"),
+    )
+    evidence = integrate_tile(make_plan(sweep, 16), Tile(0, 0, sweep.grid.size), lambda: False)
+    region = classify(sweep, evidence)["region"].reshape(sweep.grid.shape)
+    real, a = (np.array(axis.values) for axis in sweep.grid.axes)
+    grows = (real[:, None] > 1e-9) | (a > 1e-9)
+    assert (region[grows] == Region.UNBOUNDED).all()
+    assert not np.isin(region[~grows], (Region.UNBOUNDED, Region.CHAOS)).any()
+
+
 def _classified(sweep: Sweep) -> dict[str, np.ndarray]:
     evidence = integrate_tile(make_plan(sweep, 16), Tile(0, 0, 1), lambda: False)
     return {name: values[0] for name, values in classify(sweep, evidence).items()}

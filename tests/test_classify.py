@@ -167,6 +167,39 @@ def test_a_sink_reached_through_chaos_was_chaotic(sweep: Sweep) -> None:
     assert result["lyapunov_chaotic"][0] == pytest.approx(0.05)
 
 
+def test_averages_of_regular_orbits_do_not_mix_in_their_chaos(sweep: Sweep) -> None:
+    rates = np.tile(CYCLE, (50, SEGMENTS, 1))
+    rates[:25, 1:6] = (0.3, 0.0, -0.49)
+    evidence = _evidence(sweep, rates, bounded=[0.5, 0.5, 0.5])
+    result = classify(sweep, evidence)
+    assert list(result["region"]) == [Region.PERIODIC] * 50
+    assert list(result["was_chaotic"]) == [1] * 25 + [0] * 25
+    assert np.abs(result["chaotic_until"][:25] / (sweep.clock.segment_steps * sweep.clock.dt) - 6).max() <= 0.25
+    np.testing.assert_allclose(result["lyapunov"], [CYCLE] * 50, atol=2e-3)
+    assert (result["lyapunov_raw"][:25, 0] > 0.03).all()
+    np.testing.assert_array_equal(result["lyapunov_raw"][25:], result["lyapunov"][25:])
+    assert (np.abs(result["lyapunov"] - CYCLE) < 5 * result["lyapunov_se"] + 1e-3).all()
+    assert (result["growth_departure"][:, 0] < 2).all()
+    assert (result["zero_error"] < 2e-3).all()
+
+
+@pytest.mark.parametrize(("rate", "was"), [(0.25, 1), (0.1, 0)])
+def test_chaos_too_short_for_an_error_is_told_by_its_growth(sweep: Sweep, rate: float, was: int) -> None:
+    """What leaves a saddle grows by ln of its distance, at most 36: 62.5 is chaos, 25 may be none."""
+    rates = np.tile(CYCLE, (2, SEGMENTS, 1))
+    rates[:, 1] = (rate, 0.0, -0.19 - rate)
+    evidence = _evidence(sweep, rates)
+    _certify(sweep, evidence, Certificate.CYCLE, 10)
+    evidence["certificate"][1] = Certificate.NONE
+    result = classify(sweep, evidence)
+    assert list(result["region"]) == [Region.PERIODIC] * 2
+    assert list(result["was_chaotic"]) == [was] * 2
+    if was:
+        np.testing.assert_array_equal(result["chaotic_until"], 500)
+        np.testing.assert_allclose(result["lyapunov_chaotic"], rate)
+        assert np.isinf(result["lyapunov_chaotic_se"]).all()
+
+
 def test_what_was_chaotic_does_not_depend_on_stopping_early(sweep: Sweep) -> None:
     rates = np.tile((-0.016, -0.016, -0.158), (100, SEGMENTS, 1))
     rates[:, :8] = (0.05, 0.0, -0.24)
@@ -233,6 +266,14 @@ def test_the_zero_error_is_that_of_the_neutral_exponent(sweep: Sweep) -> None:
     result = classify(sweep, _evidence(sweep, [(0.04, 1e-5, -0.23), (0.0, -0.03, -0.16), (-0.02, -0.02, -0.15)]))
     np.testing.assert_allclose(result["zero_error"][:2], [1e-5, 0], rtol=1e-3)
     assert np.isnan(result["zero_error"][2])
+
+
+def test_no_exponent_along_the_flow_departs_from_its_line_by_more_than_a_speed_can(sweep: Sweep) -> None:
+    rates = np.tile((0.0, -0.3, -0.4), (2, SEGMENTS, 1))
+    rates[:, 4:6, 0] = [[0.05], [0.15]]  # 25 and 75 of ln, perhaps along a saddle, but no speed
+    result = classify(sweep, _evidence(sweep, rates, noise=[1e-3, 0, 0]))
+    assert (result["growth_departure"][:, 0] > [15, 36]).all()
+    assert not np.isfinite(result["zero_error"][1])
 
 
 def test_every_cell_has_every_variable(sweep: Sweep) -> None:

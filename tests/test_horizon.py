@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +18,9 @@ from quavsweep.horizon import truncated
 from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
 from quavsweep.plan import make_plan
+from quavsweep.plot import draw
+from quavsweep.result import open_result
+from quavsweep.sweep import run_sweep
 from tests.conftest import LORENZ, YAW
 
 LENGTHS = (
@@ -27,6 +32,13 @@ SAME = (
     *("birkhoff_digits", "was_chaotic", "chaotic_until", "lyapunov_chaotic", "lyapunov_chaotic_se"),
     *("settle_time", "sum_error", "zero_error"),
 )
+
+FORCED = """
+name: forced
+model: duffing
+initial: {x: 1, v: 0}
+integrate: {dt: 0.05, transient: 300, duration: 900}
+"""
 
 
 def _integrated(sweep: Sweep) -> Evidence:
@@ -109,3 +121,35 @@ def test_a_run_cannot_end_anywhere(make_sweep: Callable[..., Sweep], steps: int)
     evidence = {v.name: v.empty(1, sweep.extents) for v in sweep.measures.evidence}
     with pytest.raises(ConfigError, match="whole segments of 250 beyond the transient, 1000"):
         truncated(sweep, evidence, steps)
+
+
+def test_a_horizon_leaves_out_what_other_measures_recorded(make_sweep: Callable[..., Sweep], tmp_path: Path) -> None:
+    records = "block: 25}, orbit: {every: 50}, samples: {maxima: r, max: 9}, peak: {of: [p]}}"
+    sweep = make_sweep(YAW, ("num: 9", "num: 3"), ("num: 5", "num: 2"), ("block: 25}}", records))
+    run_sweep(sweep, tmp_path)
+    whole = open_result(tmp_path)
+    steps = sweep.clock.transient_steps + 4 * sweep.clock.segment_steps
+    cut = open_result(tmp_path, steps * sweep.clock.dt)
+    assert {"orbit", "samples", "peak"} & set(whole.variables)
+    assert not {"orbit", "samples", "peak"} & set(cut.variables)
+    expected = classify(sweep.without_records(), truncated(sweep, _integrated(sweep), steps))
+    for name in SAME:
+        np.testing.assert_array_equal(cut[name].reshape(expected[name].shape), expected[name], err_msg=name)
+    assert draw(cut, tmp_path / "map.png").is_file()
+
+
+def test_a_horizon_is_taken_as_it_is_printed(make_sweep: Callable[..., Sweep]) -> None:
+    forced = make_sweep(FORCED)
+    clock = forced.clock
+    length = clock.segment_steps * clock.dt
+    looks = range(clock.transient_segments + 1, clock.segments + 1)
+    for look in looks:
+        steps = look * clock.segment_steps
+        for text in (f"{look * length:.2f}", f"{look * length:.10g}"):
+            assert forced.steps_at(float(text)) == steps
+    with pytest.raises(ConfigError) as caught:
+        forced.steps_at(looks[0] * length + 0.4 * length)
+    nearest = re.findall(r"[0-9.]+", str(caught.value).partition("nearest")[2])[:2]
+    assert [forced.steps_at(float(text)) // clock.segment_steps for text in nearest] == [looks[0], looks[1]]
+    with pytest.raises(ConfigError, match="nothing is stored"):
+        forced.steps_at((looks[0] + 2e-4) * length)

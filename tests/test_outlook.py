@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from quavsweep.cli.describe import shares
 from quavsweep.cli.text import seconds_of
 from quavsweep.codes import Region
 from quavsweep.config import Sweep, load_sweep, parse_sweep
@@ -162,6 +163,13 @@ def test_a_summary_counts_and_checks(tmp_path: Path) -> None:
     fewer = parse_sweep(YAW.replace("exponents: 3", "exponents: 2"))
     check = summarise(open_result(run_sweep(fewer, tmp_path / "fewer"))).sum_error
     assert check == Check(None, "2 of 3 exponents are measured")
+
+
+def test_a_run_without_exponents_says_that_nothing_is_checked(tmp_path: Path) -> None:
+    text = YAW.replace("{lyapunov: {exponents: 3, block: 25}}", "{}").replace("num: 9", "num: 2")
+    rows = dict(shares(open_result(run_sweep(parse_sweep(text), tmp_path))))
+    missing = "not available: no exponents are measured"
+    assert (rows["sum check"], rows["zero check"]) == (missing, missing)
 
 
 def test_labels_anew_from_stored_evidence(tmp_path: Path) -> None:

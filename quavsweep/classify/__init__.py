@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import fields
 
 import numpy as np
 
-from quavsweep.classify.chaotic_phase import chaotic_phase
+from quavsweep.classify.chaotic_phase import REGULAR, ChaoticPhase, chaotic_phase
 from quavsweep.classify.convergence import convergence
 from quavsweep.classify.exact import exact_exponents
-from quavsweep.classify.growth import Growth, growth_of
+from quavsweep.classify.growth import Average, Growth, growth_of
 from quavsweep.classify.region import birkhoff_digits, region_of
 from quavsweep.classify.self_check import missing_sum, missing_zero, sum_error, zero_error
 from quavsweep.classify.variable import result_variables
-from quavsweep.classify.window import averaged, ends
+from quavsweep.classify.window import Window, averaged, ends
 from quavsweep.codes import Region
 from quavsweep.config import Sweep
 from quavsweep.measures import Evidence
@@ -94,19 +95,34 @@ def _exponents(sweep: Sweep, evidence: Evidence, growth: Growth, region: np.ndar
     window = averaged(evidence, sweep.clock)
     certified = ends(evidence)[:, None]
     raw, exact = growth.over(window, wanted=~certified[:, 0]), exact_exponents(evidence)
-    phase, chaos = chaotic_phase(sweep, evidence, growth, exact), region == Region.CHAOS
+    phase, chaos = chaotic_phase(sweep, evidence, growth, region, exact), region == Region.CHAOS
     was = phase.found | chaos
     until = np.where(chaos, window[1], phase.until) * growth.batch
+    alike = _unmixed(growth, raw, window, phase, np.isin(region, REGULAR) & ~certified[:, 0])
     return {
-        "lyapunov": np.where(certified, exact[:, : raw.rate.shape[1]], raw.rate),
+        "lyapunov": np.where(certified, exact[:, : raw.rate.shape[1]], alike.rate),
         "lyapunov_raw": raw.rate,
-        "lyapunov_se": np.where(certified, 0.0, raw.error),
-        "growth_departure": raw.departure,
+        "lyapunov_se": np.where(certified, 0.0, alike.error),
+        "growth_departure": alike.departure,
         "birkhoff_digits": birkhoff_digits(growth, window),
         "was_chaotic": was,
         "chaotic_until": np.where(was, until, np.nan),
         "lyapunov_chaotic": np.where(chaos, raw.rate[:, 0], np.where(was, phase.rate, np.nan)),
         "lyapunov_chaotic_se": np.where(chaos, raw.error[:, 0], np.where(was, phase.error, np.nan)),
         "sum_error": sum_error(sweep, evidence, raw, window),
-        "zero_error": zero_error(sweep, evidence, region, was, raw, exact),
+        "zero_error": zero_error(sweep, evidence, region, alike, exact),
     }
+
+
+def _unmixed(growth: Growth, raw: Average, window: Window, phase: ChaoticPhase, regular: np.ndarray) -> Average:
+    """Return the averages of a window, but of regular orbits only of what comes behind their chaotic phase.
+
+    They begin a batch later than it ends, because it may end within a batch.
+    """
+    first, last = np.maximum(window[0], phase.until + 1), window[1]
+    cells = np.flatnonzero(regular & phase.found & (first < last))
+    behind = growth.of(cells).over((first[cells], last[cells]))
+    alike = Average(*(getattr(raw, field.name).copy() for field in fields(Average)))
+    for field in fields(Average):
+        getattr(alike, field.name)[cells] = getattr(behind, field.name)
+    return alike

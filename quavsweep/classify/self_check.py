@@ -14,6 +14,8 @@ from quavsweep.codes import Certificate, Region
 from quavsweep.config import Sweep
 from quavsweep.measures import Evidence
 
+WIDEST = 36.0  # range of ln of the speed along an orbit, as far as it differs from 0 beyond rounding
+
 
 def missing_sum(sweep: Sweep) -> str:
     """Return why no cell of a sweep can have a sum of exponents to check; empty if it can."""
@@ -50,19 +52,20 @@ def sum_error(sweep: Sweep, evidence: Evidence, raw: Average, window: Window) ->
         return np.asarray(raw.rate.sum(axis=1) - mean / raw.time)
 
 
-def zero_error(
-    sweep: Sweep, evidence: Evidence, region: np.ndarray, was_chaotic: np.ndarray, raw: Average, exact: np.ndarray
-) -> np.ndarray:
+def zero_error(sweep: Sweep, evidence: Evidence, region: np.ndarray, average: Average, exact: np.ndarray) -> np.ndarray:
     """Return the smallest |exponent| of orbits away from equilibria, (n,) float64 [1/time].
 
-    Of a certified cycle it is that of its multipliers, of others that of the averages, if they reach down to zero.
-    Averages over chaos and the regular orbit behind it have no exponent that must be zero.
+    Of a certified cycle it is that of its multipliers, of others that of the averages, if they reach down to zero. An
+    exponent whose growth departs from its line by more than the speed along an orbit can vary is none along the flow:
+    it mixes chaos and the regular orbit behind it.
     """
     if missing_zero(sweep):
         return np.full(len(region), np.nan)
-    regular = np.isin(region, (Region.QUASI_PERIODIC, Region.PERIODIC)) & ~was_chaotic
-    moving = (region == Region.CHAOS) | regular
-    reaches = ~signs(raw, sweep.config.classify).positive[:, -1]
-    averaged = np.where(moving & reaches, np.abs(raw.rate).min(axis=1), np.nan)
+    moving = np.isin(region, (Region.CHAOS, Region.QUASI_PERIODIC, Region.PERIODIC))
+    reaches = ~signs(average, sweep.config.classify).positive[:, -1]
+    size = np.abs(average.rate)
+    cells, smallest = np.arange(len(size)), np.where(np.isnan(size), np.inf, size).argmin(axis=1)
+    steady = average.departure[cells, smallest] <= WIDEST
+    averaged = np.where(moving & reaches & steady, size[cells, smallest], np.nan)
     closed = evidence["certificate"] == Certificate.CYCLE
     return np.where(closed, np.abs(exact).min(axis=1), averaged)

@@ -26,7 +26,13 @@ _STATE = (
 _SUM_ERROR = Variable("sum_error", (), "float64", "1/time", "sum of the averaged exponents less the mean divergence")
 _ZERO_ERROR = Variable("zero_error", (), "float64", "1/time", "smallest size of an exponent away from equilibria")
 _LYAPUNOV = (
-    Variable("lyapunov", ("exponent",), "float64", "1/time", "Lyapunov exponents, exact where certified"),
+    Variable(
+        "lyapunov",
+        ("exponent",),
+        "float64",
+        "1/time",
+        "Lyapunov exponents, exact where certified, else after the transient and, where the end is regular, chaos",
+    ),
     Variable("lyapunov_raw", ("exponent",), "float64", "1/time", "Lyapunov exponents averaged after the transient"),
     Variable("lyapunov_se", ("exponent",), "float64", "1/time", "standard error of lyapunov, 0 where certified"),
     Variable(

@@ -38,10 +38,9 @@ def shares(result: Result) -> list[tuple[str, str]]:
         rows += measured(result.sweep, {name: result[name] for name in result.variables})
     if summary.was_chaotic:
         rows.append(("chaotic on the way", _share(summary.was_chaotic, summary.cells)))
-    if "lyapunov" in result:
-        unit = "" if result.sweep.model.time_unit == "1" else f" 1/{result.sweep.model.time_unit}"
-        rows.append(("sum check", _checked(summary.sum_error, "sums miss the mean divergence by", unit)))
-        rows.append(("zero check", _checked(summary.zero_error, "exponents along the flow miss 0 by", unit)))
+    unit = "" if result.sweep.model.time_unit == "1" else f" 1/{result.sweep.model.time_unit}"
+    rows.append(("sum check", _checked(summary.sum_error, "sums miss the mean divergence by", unit)))
+    rows.append(("zero check", _checked(summary.zero_error, "exponents along the flow miss 0 by", unit)))
     return rows
 
 

@@ -19,6 +19,8 @@ from quavsweep.kernels.method import METHODS, ButcherTable
 from quavsweep.measures import Dimension, Measures, Variable
 from quavsweep.models import Model
 
+READ = 1e-4  # of a segment, by which a time that is typed may differ from a look
+
 
 @dataclass(frozen=True)
 class Sweep:
@@ -124,8 +126,16 @@ class Sweep:
         """Return the sweep whose cells all end together."""
         return replace(self, config=self.config.model_copy(update={"effort": None}))
 
+    def without_records(self) -> Sweep:
+        """Return the sweep without the measures that no label rests on: what they recorded goes on beyond a horizon."""
+        records = {name: None for name, measure in self.measures.chosen.items() if measure.outputs}
+        measures = self.measures.model_copy(update=records)
+        return replace(self, config=self.config.model_copy(update={"measures": measures}))
+
     def steps_at(self, horizon: float) -> int:
         """Return the steps of a horizon, a time from t = 0, whole segments beyond the transient.
+
+        Times are taken as they are read: it may be off by 1e-4 of a segment.
 
         Raises
         ------
@@ -136,13 +146,13 @@ class Sweep:
         length = clock.segment_steps * clock.dt
         first, last, segments = clock.transient_segments + 1, clock.segments, horizon / length
         whole = round(segments)
-        if abs(segments - whole) <= 1e-9 * max(1.0, segments) and first <= whole <= last:
+        if abs(segments - whole) <= READ and first <= whole <= last:
             return whole * clock.segment_steps
         low = min(max(math.floor(segments), first), last)
         near = sorted({low, min(max(math.ceil(segments), first), last)})
-        what = f"nothing is stored at a horizon of {horizon:g}{self.unit_of_time}"
-        ends = f"it may be {first * length:g} to {last * length:g} in steps of {length:g}"
-        raise ConfigError(what, possible=f"nearest {' and '.join(f'{n * length:g}' for n in near)}; {ends}")
+        what = f"nothing is stored at a horizon of {_digits(horizon)}{self.unit_of_time}"
+        ends = f"it may be {_digits(first * length)} to {_digits(last * length)} in steps of {_digits(length)}"
+        raise ConfigError(what, possible=f"nearest {' and '.join(_digits(n * length) for n in near)}; {ends}")
 
     @property
     def most_steps(self) -> int:
@@ -181,3 +191,8 @@ class Sweep:
         }
         data["integrate"] = {key: times[key] for key in IntegrateSection.model_fields if key in times}
         return data
+
+
+def _digits(time: float) -> str:
+    """Return a time with so many digits that it is read as the same look."""
+    return f"{time:.10g}"

@@ -23,7 +23,6 @@ MODEL = Model(
         Parameter("k", 3.0, "1", "k", "coupling, which makes the eigenvectors oblique"),
     ),
     symmetries=((-1, -1, -1),),
-    bound=1e250,
     source="closed form: the exponents are the real parts of the eigenvalues",
     example=Example(
         initial={"x": 1.0, "y": 1.0, "z": 1.0},

@@ -135,7 +135,8 @@ def _classified(
         if horizon is None:
             told = [_told(sweep, evidence) for evidence in parts]
         else:
-            told = [_told(sweep.until(horizon), truncated(sweep, evidence, horizon)) for evidence in parts]
+            shorter = sweep.until(horizon).without_records()
+            told = [_told(shorter, truncated(sweep, evidence, horizon)) for evidence in parts]
         yield block, {name: np.concatenate([values[name] for values in told]) for name in told[0]}
 
 
