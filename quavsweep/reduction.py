@@ -16,7 +16,7 @@ from quavsweep.analysis.lifetime import (
     share_error,
     spiral_time,
 )
-from quavsweep.codes import CERTIFICATE, REGION, Certificate, Region
+from quavsweep.codes import CERTIFICATE, REGION, Certificate, Region, Status
 from quavsweep.config import Sweep
 from quavsweep.measures import Dimension, Variable
 
@@ -47,7 +47,7 @@ _LIFETIMES = (
 )
 # What of a cycle the table needs, taken from the evidence as it is.
 PASSED = ("period", "cycle_point", "multiplier_re", "multiplier_im")
-_READ = ("region", "time_used", "settle_time", "final_state", "equilibrium", "eigenvalue_re", *PASSED)
+_READ = ("region", "status", "time_used", "settle_time", "final_state", "equilibrium", "eigenvalue_re", *PASSED)
 
 
 def point_variables(sweep: Sweep) -> tuple[Variable, ...]:
@@ -170,8 +170,11 @@ def survival_of(cell: Mapping[str, np.ndarray], segment: float) -> tuple[Surviva
 
 
 def _direct_time(sweep: Sweep, cell: Mapping[str, np.ndarray], segment: float) -> float:
-    """Return the time that a start of a point needs at most to spiral into a sink directly."""
-    sink = cell["region"] == Region.SINK
+    """Return the time that a start of a point needs at most to spiral into a sink directly, by those that ended there.
+
+    Starts that went on have a last state that tells nothing, and at a horizon none.
+    """
+    sink = cell["status"] == Status.ENDED_SINK
     late = np.maximum(cell["time_used"] - cell["settle_time"] - segment, 0.0)[sink]
     rate = -cell["eigenvalue_re"][sink, 0]
     return spiral_time(sweep.starts[sink], cell["final_state"][sink], cell["equilibrium"][sink], rate, late)

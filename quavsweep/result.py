@@ -18,7 +18,7 @@ from quavsweep.kernels.description import read_description
 from quavsweep.models import Model
 from quavsweep.provenance import identify
 from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, looks_published, read_result
-from quavsweep.store.outcome import DESCRIPTION, outcome_so_far
+from quavsweep.store.outcome import DESCRIPTION, HORIZON, outcome_so_far
 
 if TYPE_CHECKING:
     import xarray
@@ -78,6 +78,12 @@ class Result:
         """Names of the variables, without coordinates."""
         varied = self.sweep.grid.quantities
         return tuple(name for name, dims in self.stored.dims.items() if name not in dims and name not in varied)
+
+    @property
+    def horizon(self) -> float | None:
+        """The time up to which it tells, where a run that went on is asked for less."""
+        horizon = self.stored.file_attributes.get(HORIZON)
+        return None if horizon is None else float(horizon)
 
     @property
     def complete(self) -> bool:
@@ -145,7 +151,9 @@ def open_result(path: Path | str, horizon: float | None = None) -> Result:
     path : Path
     horizon : float, optional
         A time from t = 0, whole segments beyond the transient: what a run that ends there would have said, by the
-        folder's evidence. What is stored of the end alone is not in it: `final_state` and dense measures.
+        folder's evidence. What is stored of the end alone is not in it: what other measures recorded, the
+        `final_state` of cells that went on, and an ensemble's tangent vectors beyond the end, so that starts which
+        that run would have called chaos are undecided.
 
     Raises
     ------

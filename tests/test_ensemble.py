@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from quavsweep.codes import Region
 from quavsweep.config import Sweep, dump_config, parse_sweep
 from quavsweep.config.ensemble import make_ensemble
 from quavsweep.errors import ConfigError
@@ -69,6 +70,22 @@ def test_starts_are_the_same_in_every_cell() -> None:
     np.testing.assert_array_equal(omega, np.repeat([100, 196.4], 20))
     assert sweep.measures.verdict
     assert not sweep.measures.vectors
+
+
+def test_every_sweep_over_starts_tells_chaos(tmp_path: Path) -> None:
+    basin = """
+name: basin
+model: lorenz
+initial: {z: 20}
+axes: {x: {start: -9, stop: 10, num: 6}, y: {start: -8, stop: 8, num: 5}}
+integrate: {method: rk4, dt: 0.01, duration: 100}
+"""
+    sweep = parse_sweep(basin)
+    assert sweep.measures.verdict
+    assert parse_sweep(dump_config(sweep.canonical())).canonical() == sweep.canonical()
+    assert (open_result(run_sweep(sweep, tmp_path))["region"] == Region.CHAOS).all()
+    assert not parse_sweep(basin + "measures: {lyapunov: {}}").measures.verdict
+    assert not parse_sweep(ENSEMBLE, changes=["axes.ensemble=", "initial={p: 0, q: 1, r: 1}"]).measures.verdict
 
 
 @pytest.mark.parametrize(

@@ -11,15 +11,20 @@ import pytest
 
 from quavsweep.classify import classify
 from quavsweep.codes import Certificate, Region, Status
-from quavsweep.config import Sweep
+from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Tile
 from quavsweep.horizon import truncated
 from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
 from quavsweep.plan import make_plan
+<<<<<<< HEAD
 from quavsweep.plot import draw
 from quavsweep.result import open_result
+=======
+from quavsweep.plot import make_figure
+from quavsweep.result import Result, open_result
+>>>>>>> fixe
 from quavsweep.sweep import run_sweep
 from tests.conftest import LORENZ, YAW
 
@@ -113,6 +118,45 @@ def test_certificates_are_forgotten_and_rests_are_not(make_sweep: Callable[..., 
     assert at[10]["cycle_hits"][2] == 0
     assert at[12]["period"][2] == 20.0
     assert classify(sweep, at[10])["region"][[1, 3]].tolist() == [Region.SADDLE] * 2
+
+
+ENSEMBLE = "ensemble: {num: 40, seed: 1, box: {x: [-20, 20], y: [-20, 20], z: [5, 45]}}"
+BASIN = "x: {start: -20, stop: 20, num: 6}\n  y: {start: -20, stop: 21, num: 7}"
+
+
+@pytest.mark.parametrize("starts", [ENSEMBLE, BASIN])
+@pytest.mark.parametrize("stop_early", ["true", "false"])
+def test_starts_at_a_horizon_are_those_of_a_run_of_that_length(starts: str, stop_early: str, tmp_path: Path) -> None:
+    initial = "initial: {z: 20}" if starts is BASIN else ""
+
+    def opened(duration: int, horizon: float | None = None) -> Result:
+        text = (
+            f"name: starts\nmodel: lorenz\n{initial}\naxes:\n  rho: {{values: [20, 22, 23, 28]}}\n  {starts}\n"
+            f"integrate: {{method: rk4, dt: 0.01, duration: {duration}, segment: 10}}\nstop_early: {stop_early}\n"
+        )
+        run_sweep(parse_sweep(text), tmp_path / str(duration))
+        return open_result(tmp_path / str(duration), horizon)
+
+    real, seen = opened(150), opened(300, 150.0)
+    assert seen.horizon == 150
+    assert real.horizon is None
+    assert set(seen.variables) == set(real.variables)
+    went_on = seen["status"] == Status.TIME_OVER
+    chaos = real["region"] == Region.CHAOS
+    assert chaos.any()
+    np.testing.assert_array_equal(seen["region"], np.where(chaos, Region.UNDECIDED, real["region"]))
+    assert np.isnan(seen["final_state"][went_on]).all()
+    np.testing.assert_array_equal(seen["final_state"][~went_on], real["final_state"][~went_on])
+    for name in set(real.variables) - {"region", "final_state", "basin_share", "basin_share_se"}:
+        np.testing.assert_array_equal(seen[name], real[name], err_msg=name)
+    kinds = [list(real["kind"]).index(name) for name in ("chaos", "undecided")]
+    others = [i for i in range(len(real["kind"])) if i not in kinds]
+    for name in ("basin_share", "basin_share_se"):
+        np.testing.assert_array_equal(seen[name][:, others], real[name][:, others])
+    np.testing.assert_allclose(seen["basin_share"][:, kinds[1]], real["basin_share"][:, kinds].sum(axis=1))
+    assert "late_growth" not in seen
+    assert "no tangent vector" in seen.stored.attributes["region"]["comment"]
+    make_figure(seen.at(rho=22))
 
 
 @pytest.mark.parametrize("steps", [0, 1, 50_000, 62_501])

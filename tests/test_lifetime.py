@@ -153,6 +153,7 @@ def test_a_spiral_takes_the_logarithm_of_the_ratio_over_the_rate() -> None:
     rate, late = np.array([0.1, 0.1]), np.array([0.0, 30.0])
     time = spiral_time(start, end, sink, rate, late)
     assert time == pytest.approx(math.log(5.0 / 0.02) / 0.1)
+    assert spiral_time(start, end, sink, rate, late + 1000.0) == 0.0
     assert spiral_time(start, start, sink, rate, late) == 0.0
     assert spiral_time(start[:0], end[:0], sink[:0], rate[:0], late[:0]) == 0.0
 

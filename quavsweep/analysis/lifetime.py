@@ -17,6 +17,7 @@ FEWEST = 10  # leavers: with so many, 2 standard errors cover the truth in nine 
 GROUPS = 10  # of intervals at most, that the test of a constant hazard compares
 PER_GROUP = 8.0  # leavers expected in each at least
 QUANTILE = 1.645  # of the normal distribution, 95 % on one side
+FADED = 20.0  # times of decay after which a distance is too small to tell what it was
 MARGIN = 0.25  # of the time until which the hazard is seen to vary, added to it
 
 
@@ -87,10 +88,11 @@ def spiral_time(
     -------
     float
         ln(R/r) over the slowest rate, at least 0; R is the largest distance of a start, r the largest at a first look
-        inside, both in the largest coordinate.
+        inside, both in the largest coordinate. 0 where no last state tells r, since all are so late that rounding
+        is all that is left of the distance.
     """
-    with np.errstate(over="ignore"):
-        inside = np.abs(end - equilibrium).max(axis=1, initial=0.0) * np.exp(rate * late)
+    told = rate * late < FADED
+    inside = (np.abs(end - equilibrium).max(axis=1, initial=0.0) * np.exp(np.where(told, rate * late, 0.0)))[told]
     near, far = float(inside.max(initial=0.0)), float(np.abs(start - equilibrium).max(initial=0.0))
     return math.log(far / near) / float(rate.min()) if 0.0 < near < far else 0.0
 

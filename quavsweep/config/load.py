@@ -107,8 +107,7 @@ def _check(config: Config, place: Place, given: Model | Path | str | None) -> Sw
     grid = make_grid(config, model, place)
     fixed = {n: float(config.parameters.get(n, d)) for n, d in model.defaults.items() if n not in config.varied}
     check_domains(model, fixed, config, grid, place)
-    if config.ensemble and config.measures.lyapunov is None and config.measures.verdict is None:
-        config = config.model_copy(update={"measures": config.measures.model_copy(update={"verdict": Verdict()})})
+    config = _with_verdict(config, model)
     asked, (config, period_steps) = config, in_step(config, forcing_period(model, fixed, grid, place), place)
     clock = choose_clock(config, place, period_steps)
     check_effort(config, clock, place)
@@ -124,6 +123,14 @@ def _check(config: Config, place: Place, given: Model | Path | str | None) -> Sw
     )
     config = config.model_copy(update={"measures": measures})
     return Sweep(config, model, grid, clock, fixed, warnings)
+
+
+def _with_verdict(config: Config, model: Model) -> Config:
+    """Return the config with a verdict where initial states vary and nothing else would tell chaos."""
+    starts, measures = config.varied.keys() & set(model.state_names), config.measures
+    if not starts or measures.lyapunov or measures.verdict:
+        return config
+    return config.model_copy(update={"measures": measures.model_copy(update={"verdict": Verdict()})})
 
 
 def _check_names(config: Config, model: Model, place: Place) -> None:

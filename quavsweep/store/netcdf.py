@@ -72,7 +72,7 @@ def write_result(
     coordinates: Iterable[Coordinate],
     variables: Mapping[Variable, Mapping[str, Any]],
     blocks: Iterable[tuple[tuple[slice, ...], Mapping[str, np.ndarray]]],
-    attributes: Mapping[str, str],
+    attributes: Mapping[str, Any],
     cells: int,
     reduction: Reduction | None = None,
 ) -> None:

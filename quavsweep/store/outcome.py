@@ -17,7 +17,7 @@ from quavsweep.config import Sweep
 from quavsweep.errors import StoppedError
 from quavsweep.horizon import truncated
 from quavsweep.kernels.description import describe_model
-from quavsweep.measures import Evidence, Variable
+from quavsweep.measures import REGION_VARIABLE, Evidence, Variable
 from quavsweep.models import NAMES
 from quavsweep.provenance import Identity
 from quavsweep.reduction import (
@@ -36,6 +36,8 @@ from quavsweep.store.shard_set import Block, ShardSet
 from quavsweep.store.stored import Stored
 
 DESCRIPTION = "model_description"  # attribute of the file, where the model is not of the catalogue
+HORIZON = "horizon"  # attribute of the file, the time up to which it tells, where a run went on
+NO_VERDICT = "no tangent vector begins at the horizon: what a run to it would call chaos is undecided"
 
 
 def write_outcome(
@@ -46,7 +48,9 @@ def write_outcome(
     Parameters
     ----------
     horizon : int, optional
-        Classify as a run of so many steps would have, without what is stored of the end alone.
+        Classify as a run of so many steps would have, without what is stored of the end alone: what other measures
+        recorded, the final state of cells that went on, and tangent vectors beyond the end, so that an ensemble's
+        starts that a real run calls chaos are undecided. The file's attribute `horizon` tells the time.
 
     Raises
     ------
@@ -62,6 +66,9 @@ def write_outcome(
         sweep = sweep.until(horizon)
         shards = replace(shards, sweep=shards.sweep.without_effort())
     variables = {v: _attributes(sweep, v) for v in _cell_variables(sweep, horizon)}
+    told = {} if horizon is None else {HORIZON: horizon * sweep.clock.dt}
+    if horizon is not None and sweep.measures.verdict:
+        variables[REGION_VARIABLE] |= {"comment": NO_VERDICT}
     waiting: dict[int, int] = {}
     write_result(
         path,
@@ -69,7 +76,7 @@ def write_outcome(
         _coordinates(sweep),
         variables,
         _classified(shards, failed, stopped, waiting, horizon),
-        _file(sweep, shards.identity),
+        {**_file(sweep, shards.identity), **told},
         block_cells(sweep.cell_bytes),
         _reduction(sweep),
     )
@@ -79,14 +86,14 @@ def write_outcome(
 def _cell_variables(sweep: Sweep, horizon: int | None) -> tuple[Variable, ...]:
     """Return what is written of each cell: what the classification gives, and what is passed on from the evidence.
 
-    At a horizon it is only what does not need the state there.
+    At a horizon it is without what other measures recorded, which is stored of the end alone.
     """
     labels = result_variables(sweep)
     known = {variable.name for variable in labels}
     every = (*labels, *(variable for variable in passed_variables(sweep) if variable.name not in known))
     if horizon is None:
         return every
-    unknown = {"final_state", *(variable.name for variable in sweep.measures.outputs)}
+    unknown = {variable.name for variable in sweep.measures.outputs}
     return tuple(variable for variable in every if variable.name not in unknown)
 
 
