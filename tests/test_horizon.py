@@ -18,13 +18,8 @@ from quavsweep.horizon import truncated
 from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
 from quavsweep.plan import make_plan
-<<<<<<< HEAD
-from quavsweep.plot import draw
-from quavsweep.result import open_result
-=======
-from quavsweep.plot import make_figure
+from quavsweep.plot import draw, make_figure
 from quavsweep.result import Result, open_result
->>>>>>> fixe
 from quavsweep.sweep import run_sweep
 from tests.conftest import LORENZ, YAW
 
