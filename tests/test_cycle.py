@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from quavsweep.analysis.cycle import Cycles, CycleSearch
+from quavsweep.analysis.event import locate, slope, steps_from
 from quavsweep.analysis.flow import Flow
 from quavsweep.analysis.shooting import grade
 from quavsweep.clock import Clock
@@ -360,3 +361,21 @@ def test_numbers_of_steps_are_whole_grades() -> None:
     steps = grade(np.array([1.0, 8.0, 9.5, 100.0, 1e4]))
     assert (steps >= [1, 8, 9.5, 100, 1e4]).all()
     assert (steps[1:] <= 1.2 * np.array([8, 9.5, 100, 1e4])).all()
+
+
+def test_events_are_located_alike_by_compiled_and_by_interpreted_steps() -> None:
+    bench, dp8 = Bench("lorenz", 0.01), METHODS["dp8"]
+    u, parameters = bench.settled([1, 1, 20], 5.0, rho=np.linspace(25, 35, 400))
+    c, event, compiled = (
+        bench.program.coefficient_values(parameters),
+        slope(bench.program, 0),
+        Flow(bench.program, 16).steps_from(dp8, u, parameters),
+    )
+    turning = np.flatnonzero(event(u.T, c) * event(compiled(np.full(400, 0.05), np.arange(400)), c) < 0)
+    assert turning.size > 10
+    u, c, own = u[turning], c[:, turning], [p[turning] for p in parameters]
+    time, state = locate(Flow(bench.program, 16).steps_from(dp8, u, own), 0.05, event, u.T, c)
+    times, states = locate(steps_from(bench.program, dp8, u.T, c), 0.05, event, u.T, c)
+    np.testing.assert_allclose(time, times, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(state, states, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(event(state, c), 0.0, atol=1e-10)

@@ -266,9 +266,11 @@ class CycleSearch:
         columns = [np.minimum(turns * count, hits.time.shape[1] - 1) for turns in (0, 1, 2)]
         near = [hits.state[rows, column] for column in columns]
         if not self._forced:
-            c = self._program.coefficient_values([p[cells] for p in parameters])
-            for state, column in zip(near, columns, strict=True):
-                state[cells] = self._guide.exact(hits.begin[cells, column[cells]], c, stretch.dt[cells])[1]
+            begin = np.concatenate([hits.begin[cells, column[cells]] for column in columns])
+            own, dt = [np.tile(p[cells], len(columns)) for p in parameters], np.tile(stretch.dt[cells], len(columns))
+            exact = self._guide.exact(begin, own, dt)[1]
+            for state, part in zip(near, np.split(exact, len(columns)), strict=True):
+                state[cells] = part
         return near
 
     def _slowest(self, multipliers: np.ndarray) -> np.ndarray:

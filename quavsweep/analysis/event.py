@@ -16,6 +16,9 @@ CLOSE = 1e-15  # change of the time, in steps, that ends them
 # Of states (D, n), coefficients (C, n) and, in forced systems, time to (n,).
 Event = Callable[..., np.ndarray]
 
+# Of lengths of steps, (k,) float64, and the places in a list where they begin, (k,) int, to the states after, (D, k).
+After = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
 
 def slope(program: Program, index: int) -> Event:
     """Return the event that a state turns: its derivative, downward at a maximum."""
@@ -70,9 +73,20 @@ def _told(t: Time, by: np.ndarray) -> tuple[np.ndarray, ...]:
     return () if t is None else (t + by,)
 
 
+def steps_from(
+    program: Program, method: ButcherTable, u: np.ndarray, coefficients: np.ndarray, t: Time = None
+) -> After:
+    """Return what steps from states (D, n) end in; `Flow.steps_from` is faster where there is a compiled kernel."""
+
+    def after(time: np.ndarray, which: np.ndarray) -> np.ndarray:
+        begin = t if t is None or np.ndim(t) == 0 else np.asarray(t)[which]
+        return step(program, method, time, u[:, which], coefficients[:, which], begin)
+
+    return after
+
+
 def locate(
-    program: Program,
-    method: ButcherTable,
+    after: After,
     dt: float | np.ndarray,
     event: Event,
     u: np.ndarray,
@@ -86,6 +100,8 @@ def locate(
 
     Parameters
     ----------
+    after : callable
+        The method's steps from `u`, see `After`.
     dt : float or (n,) float64
         Length of the step.
     u : (D, n) float64
@@ -105,25 +121,25 @@ def locate(
     .. [1] M. Dowell, P. Jarratt, BIT 11, 168 (1971).
     """
     low, high = np.zeros(u.shape[1]), np.zeros(u.shape[1]) + dt
-    near = CLOSE * high
+    near, state = CLOSE * high, np.empty_like(u)
 
-    def after(time: np.ndarray, which: np.ndarray) -> np.ndarray:
-        c, begin = coefficients[:, which], t if t is None or np.ndim(t) == 0 else np.asarray(t)[which]
-        return event(step(program, method, time, u[:, which], c, begin), c, *_told(begin, time))
+    def value_after(time: np.ndarray, which: np.ndarray) -> np.ndarray:
+        begin = t if t is None or np.ndim(t) == 0 else np.asarray(t)[which]
+        state[:, which] = reached = after(time, which)
+        return event(reached, coefficients[:, which], *_told(begin, time))
 
     open_ = np.arange(u.shape[1])
-    at_low, at_high = np.array(event(u, coefficients, *_told(t, low))), np.array(after(high, open_))
+    at_low, at_high = np.array(event(u, coefficients, *_told(t, low))), np.array(value_after(high, open_))
     for _ in range(ITERATIONS):
         if not open_.size:
             break
         a, b, f_a, f_b = low[open_], high[open_], at_low[open_], at_high[open_]
         rise = f_b - f_a
         time = np.where(rise == 0, b, (a * f_b - b * f_a) / np.where(rise == 0, 1.0, rise))
-        value = after(time, open_)
+        value = value_after(time, open_)
         opposite = value * f_b <= 0
         # An end that stays counts half from then on, so that both ends move.
         low[open_], at_low[open_] = np.where(opposite, b, a), np.where(opposite, f_b, 0.5 * f_a)
         high[open_], at_high[open_] = time, value
         open_ = open_[(np.abs(time - b) > near[open_]) & (value != 0)]
-    time = high
-    return time, step(program, method, time, u, coefficients, t)
+    return high, state

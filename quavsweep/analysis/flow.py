@@ -8,6 +8,7 @@ from threading import Lock
 import numpy as np
 
 from quavsweep.analysis.equilibrium import vector_field
+from quavsweep.analysis.event import After
 from quavsweep.kernels.compiler import make_advance
 from quavsweep.kernels.layout import Layout, aligned_empty
 from quavsweep.kernels.method import ButcherTable
@@ -99,6 +100,17 @@ class Flow:
                 kernel(lanes.reshape(-1), first, last, 1, int(count), buffer.reshape(-1))
                 cells = group[first * layout.lanes : last * layout.lanes]
                 yield cells, buffer.transpose(1, 2, 0, 3).reshape(*shape[:2], -1)[:, :, : cells.size]
+
+    def steps_from(self, method: ButcherTable, u: np.ndarray, parameters: Sequence[np.ndarray]) -> After:
+        """Return what steps of an autonomous system from states (n, D) end in."""
+
+        def after(time: np.ndarray, which: np.ndarray) -> np.ndarray:
+            if not which.size:
+                return np.empty((u.shape[1], 0))
+            ends = self.record(method, u[which], [p[which] for p in parameters], time, np.ones_like(which))
+            return np.concatenate([states[1] for _, states in ends], axis=1)
+
+        return after
 
     def velocity(self, u: np.ndarray, parameters: Sequence[np.ndarray]) -> np.ndarray:
         """Return the derivatives of states (n, D), exactly as the program has them."""

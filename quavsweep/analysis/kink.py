@@ -96,7 +96,8 @@ def _next(
             column, first = np.unique(column, return_index=True)
             at, where = at[first], cells[column]
             begin = np.ascontiguousarray(states[at, :, column].T)
-            later, _ = locate(flow.program, method, steps[where], event, begin, c[:, where])
+            after = flow.steps_from(method, begin.T, [p[where] for p in parameters])
+            later, _ = locate(after, steps[where], event, begin, c[:, where])
             when = later + at * steps[where]
             sooner = when < until[where]
             until[where[sooner]], which[where[sooner]] = when[sooner], number

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from quavsweep.analysis.event import Event, crossings, locate, slope
+from quavsweep.analysis.event import Event, crossings, locate, slope, steps_from
 from quavsweep.clock import Clock
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program
@@ -111,7 +111,8 @@ class Crossings:
         cells, steps, u = cells[order], steps[order], u[order].T
         scene, clock = self.scene, self.scene.clock
         c, t = scene.coefficients[:, cells], clock.phase(steps)
-        time, state = locate(scene.program, scene.method, clock.dt, self.event, u, c, t)
+        after = steps_from(scene.program, scene.method, u, c, t)
+        time, state = locate(after, clock.dt, self.event, u, c, t)
         return cells, steps * clock.dt + time, state.T
 
 

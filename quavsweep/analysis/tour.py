@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quavsweep.analysis.event import Event, locate, step
+from quavsweep.analysis.event import Event, locate
 from quavsweep.analysis.flow import Flow
 from quavsweep.analysis.returns import ROUNDING, HitList, Hits, amplitudes, crossed, shortest, size, strobed
 from quavsweep.analysis.shooting import METHOD, Closed
@@ -87,16 +87,14 @@ class Guide:
     def exact(
         self,
         begin: np.ndarray,
-        coefficients: np.ndarray,
+        parameters: Sequence[np.ndarray],
         dt: np.ndarray,
-        signs: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return when, (k,), and in which states, (k, D), steps that begin in (k, D) hit the section, to rounding."""
         if not len(begin):
             return np.zeros(0), begin
-        time, state = locate(
-            self.flow.program, METHOD, dt, self._seen(signs), np.ascontiguousarray(begin.T), coefficients
-        )
+        c, after = self.flow.program.coefficient_values(parameters), self.flow.steps_from(METHOD, begin, parameters)
+        time, state = locate(after, dt, self.event, np.ascontiguousarray(begin.T), c)
         return time, state.T
 
     def _forced(
@@ -126,7 +124,7 @@ class Guide:
         steps = closed.steps * (FINER if self.flow.program.switches else 1)
         amplitude, dt = np.empty_like(closed.point), closed.period / steps
         c = self.flow.program.coefficient_values(parameters)
-        start = step(self.flow.program, METHOD, 0.5 * dt, closed.point.T, c).T
+        start = self.flow.steps_from(METHOD, closed.point, parameters)(0.5 * dt, np.arange(len(dt))).T
         views = [None, *self.signs]
         marks: list[Marks] = [[] for _ in views]
         for cells, states in self.flow.record(METHOD, start, parameters, closed.period, steps):
@@ -139,14 +137,17 @@ class Guide:
                 found.append((cells[column], at, states[at, :, column]))
         dimension = closed.point.shape[1]
         cells, at, begin = _joined(marks[0], dimension)
-        times, states = self.exact(begin, c[:, cells], dt[cells])
+        # A step of which the mirror image hits is mirrored to one that hits itself, so one call does for all.
+        images = [_joined(found, dimension) for found in marks[1:]]
+        mirrored = [state * signs for (_, _, state), signs in zip(images, self.signs, strict=True)]
+        of = np.concatenate([cells, *(seen for seen, _, _ in images)])
+        times, states = self.exact(np.concatenate([begin, *mirrored]), [p[of] for p in parameters], dt[of])
+        states, *mirrored = np.split(states, np.cumsum([len(cells), *(len(state) for state in mirrored)])[:-1])
         states = self._wrapped(states)
         symmetric = np.zeros(len(amplitude), dtype=bool)
-        for found, signs in zip(marks[1:], self.signs, strict=True):
-            seen, _, first_state = _joined(found, dimension)
-            _, mirrored = self.exact(first_state, c[:, seen], dt[seen], signs)
-            symmetric |= self._same(cells, states, seen, mirrored * signs, amplitude)
-        return (cells, times + at * dt[cells], states, begin), amplitude, symmetric
+        for (seen, _, _), state in zip(images, mirrored, strict=True):
+            symmetric |= self._same(cells, states, seen, state, amplitude)
+        return (cells, times[: len(cells)] + at * dt[cells], states, begin), amplitude, symmetric
 
     def _same(
         self, cells: np.ndarray, states: np.ndarray, seen: np.ndarray, mirrored: np.ndarray, amplitude: np.ndarray
