@@ -17,23 +17,29 @@ from quavsweep.store import Part, block_cells, write_copy
 
 
 def write_csv(result: Result, names: Sequence[str], stream: IO[str]) -> None:
-    """Write variables as a table: a row per cell, axes first; a variable with components has a column for each.
+    """Write variables as a table: axes first, and a column for each component of a variable.
+
+    There is a row per cell, or per parameter point where all variables are of points. If one of them has two dimensions
+    beyond the axes, such as the points of attractors, there is a row for each number of the first of them.
 
     Codes are written as their names, and nothing where there is no number.
 
     Raises
     ------
     ConfigError
-        If a variable does not exist or has more than one dimension beyond the axes.
+        If a variable does not exist, or they do not fit into one table.
     """
     table = csv.writer(stream, lineterminator="\n")
-    headers = [header for name in names for header in _headers(result, name)]
-    grid = result.sweep.grid
-    table.writerow([*grid.coordinates(0, 1), *headers])
+    result, inner = _rows(result, names)
+    grid, labels = result.sweep.grid, np.asarray(result[inner] if inner else [0])
+    headers = [header for name in names for header in _headers(result, name, inner)]
+    table.writerow([*grid.coordinates(0, 1), *([inner] if inner else []), *headers])
     for block in grid.blocks(block_cells(result.sweep.cell_bytes)):
         start, stop = grid.span(block)
-        axes = [_texts(values) for values in grid.coordinates(start, stop).values()]
-        columns = [_texts(column) for name in names for column in _columns(result, name, block, stop - start)]
+        axes = [_texts(np.repeat(values, len(labels))) for values in grid.coordinates(start, stop).values()]
+        axes += [_texts(np.tile(labels, stop - start))] if inner else []
+        rows = (stop - start) * len(labels)
+        columns = [_texts(column) for name in names for column in _columns(result, name, block, rows)]
         table.writerows(zip(*axes, *columns, strict=True))
 
 
@@ -60,18 +66,45 @@ def _check(result: Result, name: str) -> None:
         raise ConfigError(what, possible=f"there are {', '.join(result.variables)}")
 
 
-def _headers(result: Result, name: str) -> list[str]:
+def _rows(result: Result, names: Sequence[str]) -> tuple[Result, str]:
+    """Return the result over the axes of a table's rows, and the dimension inside them; empty if there is none."""
+    for name in names:
+        _check(result, name)
+        if name not in result.variables:
+            raise ConfigError(f"{name} is no variable of cells", possible="it stands beside each of them")
+    points = result.points
+    if result.sweep.start_axes and all(name in points for name in names):
+        result = points
+    axes = tuple(axis.name for axis in result.sweep.grid.axes)
+    extra = {name: _extra(result, name, axes) for name in names}
+    inner = next((dims[0] for dims in extra.values() if len(dims) == 2), "")
+    for name, dims in extra.items():
+        if len(dims) > 2 or (inner and dims[:1] != (inner,)):
+            raise _unfit(name, f"each cell{f' and {inner}' if inner else ''}")
+    return result, inner
+
+
+def _extra(result: Result, name: str, axes: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the dimensions of a variable beyond the axes."""
+    dims = result.stored.dims[name]
+    if dims[: len(axes)] != axes:
+        raise _unfit(name, "each cell")
+    return dims[len(axes) :]
+
+
+def _unfit(name: str, row: str) -> ConfigError:
+    return ConfigError(f"{name} does not fit into a table with a row for {row}", possible="a table of its own, or --nc")
+
+
+def _headers(result: Result, name: str, inner: str) -> list[str]:
     """Return the names of the components of a variable."""
-    _check(result, name)
-    extra = result.stored.dims[name][len(result.sweep.grid.axes) :]
-    if len(extra) > 1 or name in result.stored.dims[name]:
-        raise ConfigError(f"{name} is no table of one row per cell", possible="write it with --nc")
+    extra = result.stored.dims[name][len(result.sweep.grid.axes) + bool(inner) :]
     return [f"{name}_{label}" for label in result[extra[0]]] if extra else [name]
 
 
-def _columns(result: Result, name: str, block: Part, cells: int) -> list[np.ndarray]:
-    """Return the values, (cells,), of each component of a variable in a block."""
-    values = result.part(name, block).reshape(cells, -1)
+def _columns(result: Result, name: str, block: Part, rows: int) -> list[np.ndarray]:
+    """Return the values, (rows,), of each component of a variable in a block."""
+    values = result.part(name, block).reshape(rows, -1)
     meanings = result.stored.attributes[name].get("flag_meanings")
     return list((values if meanings is None else np.array(meanings.split())[values]).T)
 

@@ -7,11 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from quavsweep.analysis.attractor import MOST, OTHER, find_attractors
+from quavsweep.analysis.exact import exact_exponents
 from quavsweep.analysis.lifetime import (
     Survival,
     constancy,
     least_residual,
     mean_residual,
+    outlasts,
     settled_look,
     share_error,
     spiral_time,
@@ -40,7 +42,13 @@ _LIFETIMES = (
     Variable("lifetime_after", (), "float64", "time", "time from which on leaving is exponential; direct starts left"),
     Variable("chaotic_share", (), "float64", "1", "share of the starts that are still chaotic then"),
     Variable("chaotic_share_se", (), "float64", "1", "standard error of chaotic_share (Agresti and Coull)"),
-    Variable("lifetime", (), "float64", "time", "their mean lifetime, from t = 0; NaN where fewer than 10 leave"),
+    Variable(
+        "lifetime",
+        (),
+        "float64",
+        "time",
+        "their mean lifetime, from t = 0; NaN where fewer than 10 leave, or all as if directly",
+    ),
     Variable("lifetime_se", (), "float64", "time", "standard error of lifetime"),
     Variable("lifetime_at_least", (), "float64", "time", "bound that the mean lifetime exceeds with confidence 95 %"),
     Variable("lifetime_p", (), "float64", "1", "probability of such a departure from exponential leaving by chance"),
@@ -63,7 +71,11 @@ def point_dimensions() -> tuple[Dimension, ...]:
     numbers = np.arange(1, MOST + 1, dtype=np.int32)
     return (
         Dimension("kind", names, "what the orbit does in the end"),
-        Dimension("attractor_number", numbers, "number of the attractor in ascending order of the points"),
+        Dimension(
+            "attractor_number",
+            numbers,
+            "number of the attractor: sinks, then cycles, each in ascending order of the points",
+        ),
     )
 
 
@@ -99,7 +111,7 @@ def reduce_points(sweep: Sweep, cells: Mapping[str, np.ndarray]) -> dict[str, np
         found = {"starts": total, **_basins(cell, total), **_attractors(sweep, cell, total)}
         if sweep.config.ensemble:
             segment = sweep.clock.segment_steps * sweep.clock.dt
-            found |= lifetimes(cell, total, segment, _direct_time(sweep, cell, segment))
+            found |= lifetimes(cell, total, segment, _direct_time(sweep, cell, segment), _decay_time(sweep, cell))
         for name, values in found.items():
             result[name][i] = values
     return result
@@ -112,12 +124,18 @@ def _basins(cell: Mapping[str, np.ndarray], total: int) -> dict[str, np.ndarray]
     return {"basin_share": share, "basin_share_se": share_error(count, np.full(len(KINDS), total))}
 
 
+def _certificates(cell: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return in what each start is known to end, (starts,) int: a certified sink or cycle."""
+    cycle = (cell["region"] == Region.PERIODIC) & np.isfinite(cell["cycle_point"]).all(axis=1)
+    sink = np.where(cell["region"] == Region.SINK, Certificate.SINK, Certificate.NONE)
+    return np.where(cycle, Certificate.CYCLE, sink)
+
+
 def _attractors(sweep: Sweep, cell: Mapping[str, np.ndarray], total: int) -> dict[str, np.ndarray]:
     """Return the table of attractors, rows beyond its end empty, and the number of each start's."""
-    sink = cell["region"] == Region.SINK
-    cycle = (cell["region"] == Region.PERIODIC) & np.isfinite(cell["cycle_point"]).all(axis=1)
-    kind = np.where(sink, Certificate.SINK, np.where(cycle, Certificate.CYCLE, Certificate.NONE))
-    table = find_attractors(kind, np.where(cycle[:, None], cell["cycle_point"], cell["equilibrium"]))
+    kind = _certificates(cell)
+    on_cycle = (kind == Certificate.CYCLE)[:, None]
+    table = find_attractors(kind, np.where(on_cycle, cell["cycle_point"], cell["equilibrium"]))
     rows, size = slice(len(table.kind)), len(sweep.model.states)
     result = {
         "attractor": table.number,
@@ -129,23 +147,12 @@ def _attractors(sweep: Sweep, cell: Mapping[str, np.ndarray], total: int) -> dic
     }
     result["attractor_kind"][rows] = table.kind
     result["attractor_point"][rows] = table.point
-    result["attractor_exponents"][rows] = _exponents(sweep, {n: cell[n][table.first] for n in _READ}, table.kind)
+    ends = {name: cell[name][table.first] for name in _READ}
+    result["attractor_exponents"][rows] = exact_exponents({**ends, "certificate": table.kind})
     if total:
         result["attractor_share"][rows] = table.count / total
         result["attractor_share_se"][rows] = share_error(table.count, np.full(len(table.count), total))
     return result
-
-
-def _exponents(sweep: Sweep, ends: Mapping[str, np.ndarray], kind: np.ndarray) -> np.ndarray:
-    """Return the exponents of attractors, largest first: of the eigenvalues, or of the multipliers over the period."""
-    with np.errstate(divide="ignore"):
-        grown = np.log(np.hypot(ends["multiplier_re"], ends["multiplier_im"])) / ends["period"][:, None]
-    if sweep.model.forcing_period is None and len(grown):
-        # Along its own flow a cycle neither grows nor shrinks.
-        neutral = np.argmin(np.abs(np.nan_to_num(grown, nan=np.inf)), axis=1)
-        grown[np.arange(len(grown)), neutral] *= 0.0
-    cycle = (kind == Certificate.CYCLE)[:, None]
-    return np.where(cycle, -np.sort(-grown, axis=1), ends["eigenvalue_re"])
 
 
 def survival_of(cell: Mapping[str, np.ndarray], segment: float) -> tuple[Survival, np.ndarray]:
@@ -180,7 +187,23 @@ def _direct_time(sweep: Sweep, cell: Mapping[str, np.ndarray], segment: float) -
     return spiral_time(sweep.starts[sink], cell["final_state"][sink], cell["equilibrium"][sink], rate, late)
 
 
-def lifetimes(cell: Mapping[str, np.ndarray], total: int, segment: float, direct: float = 0.0) -> dict[str, float]:
+def _decay_time(sweep: Sweep, cell: Mapping[str, np.ndarray]) -> float:
+    """Return the mean over the starts of a point of 1 / the slowest rate of decay onto where they end; 0 without any.
+
+    The largest exponent of a sink is that rate, and the second of a cycle, along which nothing decays, unless it is
+    forced.
+    """
+    kind = _certificates(cell)
+    exponents = exact_exponents({**cell, "certificate": kind})
+    second = (kind == Certificate.CYCLE) & (sweep.model.forcing_period is None)
+    rate = -exponents[np.arange(len(kind)), second.astype(int)]
+    known = rate > 0
+    return float(np.mean(1.0 / rate[known])) if known.any() else 0.0
+
+
+def lifetimes(
+    cell: Mapping[str, np.ndarray], total: int, segment: float, direct: float = 0.0, decay: float = 0.0
+) -> dict[str, float]:
     """Return the mean lifetime of the starts of a point that are chaotic beyond the time of the direct ones.
 
     Parameters
@@ -192,18 +215,29 @@ def lifetimes(cell: Mapping[str, np.ndarray], total: int, segment: float, direct
         Time between two looks.
     direct : float
         Time that a direct start needs at most.
+    decay : float
+        Time of the slowest decay onto the attractors.
+
+    Notes
+    -----
+    Starts that come down directly do not all take the same time: one that begins e times as far away takes one time of
+    decay longer, so their last ones leave with a mean residual of about one such time. Only a mean residual, or where
+    it is not known its bound, of three or more (see `outlasts`) is chaos; else there is no lifetime.
     """
     survival, stayed = survival_of(cell, segment)
     first = settled_look(survival, direct / segment)
     beyond, chaotic = survival.beyond(first), int((stayed >= first).sum())
     mean, error = mean_residual(beyond)
+    least = least_residual(beyond)
     after = first * segment
+    if not outlasts(mean if np.isfinite(mean) else least, decay / segment):
+        mean = error = least = np.nan
     return {
         "lifetime_after": after if total else np.nan,
         "chaotic_share": chaotic / total if total else np.nan,
         "chaotic_share_se": float(share_error(np.array(chaotic), np.array(total))),
         "lifetime": after + mean * segment,
         "lifetime_se": error * segment,
-        "lifetime_at_least": after + least_residual(beyond) * segment,
-        "lifetime_p": constancy(beyond),
+        "lifetime_at_least": after + least * segment,
+        "lifetime_p": constancy(beyond) if np.isfinite(mean) else np.nan,
     }

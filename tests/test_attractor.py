@@ -44,3 +44,12 @@ def test_nothing_certified_is_an_empty_table() -> None:
     table = find_attractors(np.array([0, 1]), np.array([[1.0], [np.nan]]))
     assert not len(table.kind)
     np.testing.assert_array_equal(table.number, [0, 0])
+
+
+def test_a_cycle_between_sinks_does_not_renumber_them() -> None:
+    points = np.array([[1.0, 0.0], [0.0, 0.5], [-1.0, 0.0]])
+    alone = find_attractors(np.array([1, 0, 1]), points)
+    beside = find_attractors(np.array([1, 2, 1]), points)
+    np.testing.assert_array_equal(alone.number, [2, 0, 1])
+    np.testing.assert_array_equal(beside.number, [2, 3, 1])
+    np.testing.assert_array_equal(beside.kind, [1, 1, 2])

@@ -103,6 +103,7 @@ integrate: {method: rk4, dt: 0.01, duration: 100}
         ("axes.ensemble.seed=-1", r"axes.ensemble.seed: -1 is not accepted"),
         ("axes.ensemble=7", r"axes.ensemble: is not a mapping of keys; possible keys are num, seed, box"),
         ("axes.c={values: [1]}", r"test.yaml:7: axes.ensemble: comes before axes.c .*; it must be the last axis"),
+        ("effort={max_duration: 1600}", r"effort: is not for axes.ensemble .*all followed equally long; a longer"),
         ("axes.ensemble.num=1000001", r"axes.ensemble.num: 1000001 is not accepted"),
         ("initial=", r"initial.r: is missing"),
     ],

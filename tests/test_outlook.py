@@ -31,13 +31,14 @@ from quavsweep.overview import Lookout
 from quavsweep.preview import preview_run
 from quavsweep.progress import Progress
 from quavsweep.provenance import DENSE_MODULES, HASHED_MODULES, identify, toolchain
-from quavsweep.result import open_result
+from quavsweep.result import Result, open_result
 from quavsweep.store import RunFolder
 from quavsweep.summary import Check, summarise
 from quavsweep.sweep import reclassify, run_sweep
 from quavsweep.tiling import spread
 from quavsweep.verify import verify_folder
 from tests.conftest import LORENZ, YAW
+from tests.test_ensemble import ENSEMBLE
 
 
 def test_any_beginning_of_the_tiles_is_spread_over_all() -> None:
@@ -226,6 +227,44 @@ def test_a_table_of_text(tmp_path: Path) -> None:
     np.testing.assert_array_equal(numbers, result["lyapunov"][:, 0])
     with pytest.raises(ConfigError, match="there is no variable regoin, did you mean region"):
         write_csv(result, ["regoin"], stream)
+
+
+def _table(result: Result, *names: str) -> list[dict[str, str]]:
+    stream = io.StringIO()
+    write_csv(result, names, stream)
+    return list(csv.DictReader(io.StringIO(stream.getvalue())))
+
+
+def test_tables_of_parameter_points_and_attractors(tmp_path: Path) -> None:
+    result = open_result(run_sweep(parse_sweep(ENSEMBLE), tmp_path))
+    rows = _table(result, "lifetime_after", "chaotic_share", "basin_share")
+    assert [*rows[0]][:4] == ["Omega1", "lifetime_after", "chaotic_share", "basin_share_sink"]
+    assert [float(row["Omega1"]) for row in rows] == [100, 196.4]
+    np.testing.assert_array_equal([float(row["chaotic_share"]) for row in rows], result["chaotic_share"])
+    rows = _table(result, "attractor_kind", "attractor_point", "attractor_share")
+    numbers = result["attractor_number"].tolist()
+    assert [*rows[0]][:4] == ["Omega1", "attractor_number", "attractor_kind", "attractor_point_p"]
+    assert [int(row["attractor_number"]) for row in rows] == 2 * numbers
+    assert [row["attractor_kind"] for row in rows[:3]] == ["sink", "sink", "none"]
+    point = [float(row["attractor_point_r"] or "nan") for row in rows]
+    np.testing.assert_array_equal(point, result["attractor_point"][..., 2].ravel())
+    assert len(_table(result, "region", "attractor")) == 40
+    with pytest.raises(
+        ConfigError, match="lifetime does not fit into a table with a row for each cell; a table of its"
+    ):
+        _table(result, "region", "lifetime")
+    with pytest.raises(ConfigError, match=r"lifetime does not fit .* each cell and attractor_number"):
+        _table(result, "attractor_point", "lifetime")
+    with pytest.raises(ConfigError, match="ensemble is no variable"):
+        _table(result, "ensemble")
+
+
+def test_a_table_of_orbits_has_a_row_for_each_time(tmp_path: Path) -> None:
+    text = LORENZ.replace("num: 60", "num: 3").replace("block: 5}", "block: 5}, orbit: {every: 10}")
+    result = open_result(run_sweep(parse_sweep(text), tmp_path))
+    rows = _table(result, "orbit")
+    assert [*rows[0]] == ["rho", "time", "orbit_x", "orbit_y", "orbit_z"]
+    np.testing.assert_array_equal([float(row["orbit_y"] or "nan") for row in rows], result["orbit"][..., 1].ravel())
 
 
 def test_a_netcdf_file_of_some_variables(tmp_path: Path) -> None:

@@ -108,6 +108,53 @@ def test_lasting_chaos_has_a_bound_and_no_lifetime() -> None:
     assert found["lifetime_at_least"] == pytest.approx(90 * (1000 - found["lifetime_after"]) / 3.0, rel=0.05)
 
 
+def _left(times: np.ndarray, look: float) -> dict[str, np.ndarray]:
+    stayed = np.floor(times / look) * look
+    return _cell([Region.SINK] * len(times), list(stayed + look), list(stayed))
+
+
+def test_the_tail_of_direct_starts_is_no_lifetime() -> None:
+    """Starts at distances that are spread over some decades spiral into a sink, as they do where chaos is not yet."""
+    decay, rng = 60.0, np.random.default_rng(2)
+    direct = _left(150 + decay * rng.exponential(1.2, 1024), 50.0)
+    found = lifetimes(direct, 1024, 50.0, direct=300.0, decay=decay)
+    assert found["chaotic_share"] > 0.01
+    assert found["lifetime_after"] >= 375
+    for name in ("lifetime", "lifetime_se", "lifetime_at_least", "lifetime_p"):
+        assert np.isnan(found[name]), name
+    assert np.isfinite(lifetimes(direct, 1024, 50.0, direct=300.0)["lifetime"])
+    chaotic = _left(rng.exponential(8 * decay, 1024), 50.0)
+    found = lifetimes(chaotic, 1024, 50.0, direct=300.0, decay=decay)
+    assert abs(found["lifetime"] - found["lifetime_after"] - 8 * decay) < 3 * found["lifetime_se"]
+
+
+def test_few_that_leave_late_have_a_bound_and_few_that_leave_early_have_none() -> None:
+    sink = [60.0] * 90
+    early = _left(np.array([*sink, 310.0, 320.0, 330.0]), 10.0)
+    late = _left(np.array([*sink, 3100.0, 3200.0, 3300.0]), 10.0)
+    assert np.isnan(lifetimes(early, 93, 10.0, direct=100.0, decay=60.0)["lifetime_at_least"])
+    assert lifetimes(late, 93, 10.0, direct=100.0, decay=60.0)["lifetime_at_least"] > 600
+
+
+def test_exponents_of_a_cycle_in_the_table_are_those_of_its_cells(
+    tmp_path: Path, make_sweep: Callable[..., Sweep]
+) -> None:
+    text = """
+name: cycle
+model: stuart_landau
+axes: {ensemble: {num: 4, seed: 1, box: {x: [0.5, 2], y: [0.5, 2]}}}
+integrate: {method: rk4, dt: 0.02, duration: 400, segment: 20}
+measures: {lyapunov: {exponents: 2}}
+"""
+    result = open_result(run_sweep(make_sweep(text), tmp_path))
+    assert (result["region"] == Region.PERIODIC).all()
+    assert result["attractor_kind"][0] == Certificate.CYCLE
+    first = np.flatnonzero(result["attractor"] == 1)[0]
+    np.testing.assert_array_equal(result["attractor_exponents"][0], result["lyapunov"][first])
+    np.testing.assert_allclose(result["attractor_exponents"][0], [0, -2], atol=1e-6)
+    assert result["attractor_exponents"][0, 0] != 0
+
+
 def test_a_point_that_is_not_computed_has_no_numbers() -> None:
     found = lifetimes(_cell([Region.NONE] * 5, [0.0] * 5, [np.nan] * 5), 0, 10.0)
     assert all(np.isnan(value) for value in found.values())

@@ -93,6 +93,13 @@ def test_content_that_does_not_fit_its_digest_is_seen(sweep: Sweep, tmp_path: Pa
         check_result(other)
 
 
+def test_a_part_that_is_not_there_is_no_damage(sweep: Sweep, tmp_path: Path) -> None:
+    stored = read_result(run_sweep(sweep, tmp_path))
+    with pytest.raises((ValueError, TypeError, IndexError)):
+        stored.part("region", (slice(None),) * 5)
+    assert (stored.data["region"] > 0).all()
+
+
 def test_a_result_is_made_in_bounded_memory(tmp_path: Path) -> None:
     """Evidence of 60,000 cells, 81 MB, is made into a result that takes a fraction of that."""
     sweep = parse_sweep(

@@ -19,7 +19,8 @@ class Attractors:
     ----------
     kind : (m,) int
     point : (m, D) float64
-        A point on each; in ascending order of the points.
+        A point on each. Sinks come before cycles, so that a cycle that appears renumbers no sink; either in ascending
+        order of the points.
     count : (m,) int
         Starts that end there.
     first : (m,) int
@@ -50,7 +51,7 @@ def find_attractors(kind: np.ndarray, point: np.ndarray, most: int = MOST) -> At
     Returns
     -------
     Attractors
-        Ordered by the points' coordinates, the first coordinate first, then by kind.
+        Ordered by kind, then by the points' coordinates, the first coordinate first.
     """
     known = (kind != 0) & np.isfinite(point).all(axis=1)
     number = np.where(known, OTHER, 0)
@@ -69,7 +70,7 @@ def find_attractors(kind: np.ndarray, point: np.ndarray, most: int = MOST) -> At
     first, count = np.array(found, dtype=int), np.array(sizes, dtype=int)
     kept = np.sort(np.argsort(-count, kind="stable")[:most])
     rounded = np.round(point[first[kept]] / (TOLERANCE * scale))
-    order = kept[np.lexsort([kind[first[kept]], *rounded.T[::-1]])] if kept.size else kept
+    order = kept[np.lexsort([*rounded.T[::-1], kind[first[kept]]])] if kept.size else kept
     names = np.full(len(first) + 1, OTHER)
     names[order + 1] = np.arange(1, len(order) + 1)
     number = np.where(number > 0, names[number], number)

@@ -18,6 +18,7 @@ GROUPS = 10  # of intervals at most, that the test of a constant hazard compares
 PER_GROUP = 8.0  # leavers expected in each at least
 QUANTILE = 1.645  # of the normal distribution, 95 % on one side
 FADED = 20.0  # times of decay after which a distance is too small to tell what it was
+CHAOTIC_DECAYS = 3.0  # times of the slowest decay that chaotic starts stay on average, at least
 MARGIN = 0.25  # of the time until which the hazard is seen to vary, added to it
 
 
@@ -165,6 +166,11 @@ def least_residual(survival: Survival) -> float:
     upper = 0.5 * freedom * (1.0 - 2.0 / (9.0 * freedom) + QUANTILE * math.sqrt(2.0 / (9.0 * freedom))) ** 3
     hazard = upper / survival.exposure
     return -1.0 / math.log1p(-hazard) if hazard < 1.0 else 0.0
+
+
+def outlasts(residual: float, decay: float) -> bool:
+    """Whether starts stay longer than the tail of those that decay directly; both times in the same unit."""
+    return residual >= CHAOTIC_DECAYS * decay
 
 
 def constancy(survival: Survival) -> float:

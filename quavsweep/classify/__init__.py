@@ -7,9 +7,9 @@ from dataclasses import fields
 
 import numpy as np
 
+from quavsweep.analysis.exact import exact_exponents
 from quavsweep.classify.chaotic_phase import REGULAR, ChaoticPhase, chaotic_phase
 from quavsweep.classify.convergence import convergence
-from quavsweep.classify.exact import exact_exponents
 from quavsweep.classify.growth import Average, Growth, growth_of
 from quavsweep.classify.region import birkhoff_digits, region_of
 from quavsweep.classify.self_check import missing_sum, missing_zero, sum_error, zero_error

@@ -108,7 +108,7 @@ def verify(folder: Path) -> None:
 @click.command()
 @click.argument("source", metavar="DIR|FILE", type=PATH)
 @click.argument("variables", metavar="VARIABLE...", nargs=-1, required=True)
-@click.option("--csv", "kind", flag_value="csv", help="A table of text, a row per cell.")
+@click.option("--csv", "kind", flag_value="csv", help="A table of text, a row per cell, or per parameter point.")
 @click.option("--nc", "kind", flag_value="nc", help="A netCDF-4 file.")
 @click.option("--out", type=PATH, metavar="FILE", help="Default VARIABLE.csv or .nc beside the result; - prints CSV.")
 def export(source: Path, variables: tuple[str, ...], kind: str | None, out: Path | None) -> None:
@@ -116,6 +116,7 @@ def export(source: Path, variables: tuple[str, ...], kind: str | None, out: Path
 
     \b
     quavsweep export results/omega_c --csv region lyapunov
+    quavsweep export results/lifetime --csv lifetime lifetime_se chaotic_share
     quavsweep export results/omega_c --nc settle_time --out settle_time.nc
 
     In a table codes are names (sink, chaos ...), and a variable with components has a column for each. result.h5

@@ -1,4 +1,4 @@
-"""The axis `ensemble`: starts drawn from (seed, index), and what its keys must fulfil."""
+"""The axis `ensemble`: starts drawn from (seed, index), and what it must fulfil."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from quavsweep.models import Model
 from quavsweep.nearest import nearest
 
 BOX: Keys = ("axes", ENSEMBLE, "box")
+EFFORT: Keys = ("effort",)
 BLOCK = 4  # words that Philox makes of one value of its counter
 
 
@@ -47,7 +48,10 @@ def make_ensemble(num: int, seed: int, box: Mapping[str, Sequence[float]], state
 
 
 def check_ensemble(config: Config, model: Model, place: Place) -> None:
-    """Refuse an ensemble that is not the last axis, and a box that is none.
+    """Refuse an ensemble that is not the last axis, a box that is none, and effort.
+
+    With effort undecided starts would go on while those known to be chaotic would not: survival beyond the end would
+    be that of a selection.
 
     Raises
     ------
@@ -60,6 +64,9 @@ def check_ensemble(config: Config, model: Model, place: Place) -> None:
     if last != ENSEMBLE:
         what = f"comes before {place.other(('axes', last), ('axes', ENSEMBLE))}"
         raise place.error(("axes", ENSEMBLE), what, "it must be the last axis")
+    if config.effort is not None:
+        what = f"is not for {place.other(('axes', ENSEMBLE), EFFORT)}, whose starts are all followed equally long"
+        raise place.error(EFFORT, what, "a longer integrate.duration, or no effort")
     states = ", ".join(model.state_names)
     if not config.ensemble.box:
         raise place.error(BOX, "is empty", f"give an interval [low, high] of one or more of {states}")

@@ -18,6 +18,8 @@ from quavsweep.store.publish import PatientFile, is_sealed
 from quavsweep.store.stored import Part, Stored, Variables
 
 REBUILD = "run the sweep again to rebuild it"
+READING = (OSError, RuntimeError)  # what HDF5 raises where it cannot read
+BROKEN = (*READING, KeyError, ValueError, TypeError, AttributeError, IndexError)  # and what follows from lost structure
 
 
 class SealedFile:
@@ -44,21 +46,36 @@ class SealedFile:
 
     @contextlib.contextmanager
     def open(self) -> Iterator[h5py.File]:
-        """Open the file with HDF5, for as long as the context lasts.
+        """Open the file with HDF5, for as long as the context lasts; mistakes of those who read it stay what they are.
 
         Raises
         ------
         DamageError
             If it cannot be read, or was written to.
         """
-        with self._reading, self._told():
+        with self._reading:
             patient = PatientFile(self._raw)
-            with h5py.File(patient, "r") as file:
-                yield file
-            if patient.error is not None:
-                raise patient.error
-            if self._stamp() != self._written:
-                raise DamageError("was written to while it was read", str(self.path), REBUILD)
+            with self._told():
+                file = h5py.File(patient, "r")
+            with self._told(READING):
+                try:
+                    with file:
+                        yield file
+                finally:
+                    self._check(patient)
+
+    def _check(self, patient: PatientFile) -> None:
+        """Raise what went wrong with the bytes, whatever it led to."""
+        if patient.error is not None:
+            raise patient.error
+        if self._stamp() != self._written:
+            raise DamageError("was written to while it was read", str(self.path), REBUILD)
+
+    @contextlib.contextmanager
+    def content(self) -> Iterator[h5py.File]:
+        """Open the file, as `open` does, to read all that it holds; whatever goes wrong then is damage."""
+        with self._told(), self.open() as file:
+            yield file
 
     def read(self, name: str, part: Part) -> np.ndarray:
         """Return a part of a variable.
@@ -69,18 +86,20 @@ class SealedFile:
             As `open`.
         """
         with self.open() as file:
-            return read_values(file[name], part)
+            with self._told():
+                dataset = file[name]
+            return read_values(dataset, part)
 
     @contextlib.contextmanager
-    def _told(self) -> Iterator[None]:
-        """Tell whatever goes wrong with the file in a sentence."""
+    def _told(self, errors: tuple[type[Exception], ...] = BROKEN) -> Iterator[None]:
+        """Tell what goes wrong with the file in a sentence."""
         try:
             yield
         except FileNotFoundError:
             raise
         except PermissionError as error:
             raise DiskError(f"cannot be read: {error.strerror}", str(self.path)) from error
-        except (OSError, KeyError, ValueError, RuntimeError, TypeError, AttributeError, IndexError) as error:
+        except errors as error:
             raise DamageError("cannot be read as a result file", str(self.path), REBUILD) from error
 
 
@@ -106,7 +125,7 @@ def check_result(path: Path) -> Stored:
         As `read_result`.
     """
     sealed = SealedFile(path)
-    with sealed.open() as file:
+    with sealed.content() as file:
         good = attributes_of(file).get(DIGEST) == content_digest(file)
     if not good:
         raise DamageError("its content is not what was written", str(path), REBUILD)
@@ -115,7 +134,7 @@ def check_result(path: Path) -> Stored:
 
 def _stored(sealed: SealedFile) -> Stored:
     """Return the content of a file; variables are read when they are asked for."""
-    with sealed.open() as file:
+    with sealed.content() as file:
         names = tuple(sorted(file))
         return Stored(
             data=Variables(names, sealed.read),
