@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from quavsweep.clock import Clock
-from quavsweep.codes import Region
+from quavsweep.codes import Certificate
+from quavsweep.config import Sweep
 from quavsweep.grid import Tile
 from quavsweep.integrate import BUFFER_BYTES, LONGEST_CALL
 from quavsweep.kernels.layout import aligned_empty, generic_frame
+from quavsweep.measures import Evidence
 from quavsweep.plan import Plan, cell_values
 
 TIME = 100.0  # in the model's time
+CALM = 3.0  # growth of ln of the distance of nearby orbits that leaves an error what it is, but for a factor of 20
 SHARE = 0.005  # of the run's work that the check may cost; in shorter runs it covers less time
 
 
@@ -40,10 +43,23 @@ class StepError:
     cells: int
 
 
-def regular_cells(classified: dict[str, np.ndarray]) -> np.ndarray:
-    """Return which cells end in a sink or a cycle and were never chaotic, (n,) bool: their errors do not explode."""
-    calm = np.isin(classified["region"], (Region.SINK, Region.PERIODIC))
-    return np.asarray(calm & (classified["was_chaotic"] == 0) if "was_chaotic" in classified else calm)
+def regular_cells(sweep: Sweep, evidence: Evidence, classified: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return which cells are certified and show the error of the step alone, (n,) bool: in chaos any error explodes.
+
+    Those are cells whose nearby orbits never part by more than a factor of 20 within the time compared, because chaos
+    may also end before the first look; where no exponents are measured, the quarter that settled first.
+    """
+    certified = np.isin(evidence["certificate"], (Certificate.SINK, Certificate.CYCLE))
+    if sweep.measures.lyapunov is None:
+        settled = classified["settle_time"]
+        first = np.quantile(settled[certified], 0.25) if certified.any() else 0.0
+        return np.asarray(certified & (settled <= first))
+    clock = sweep.clock
+    batches = max(1, math.ceil(TIME / (clock.batch_steps * clock.dt) - 1e-9))
+    growth = np.nan_to_num(evidence["growth"][:, :batches, 0].astype(np.float64))  # NaN behind a cell's end
+    path = np.concatenate([np.zeros((len(growth), 1)), growth.cumsum(axis=1)], axis=1)
+    rise = (path - np.minimum.accumulate(path, axis=1)).max(axis=1)
+    return np.asarray(certified & (classified["was_chaotic"] == 0) & (rise <= CALM))
 
 
 def check_step(

@@ -259,7 +259,8 @@ def _complete(
         count = np.bincount(regions(plan.sweep, evidence), minlength=len(REGION))
         steps = int(evidence["steps"].sum()) - begun
         error = None
-        if not checked.is_set() and (regular := regular_cells(classify(plan.sweep, evidence))).any():
+        labels = {} if checked.is_set() else classify(plan.sweep, evidence)
+        if labels and (regular := regular_cells(plan.sweep, evidence, labels)).any():
             checked.set()
             error = check_step(plan, tile, regular, steps / len(tile) * progress.cells, stop.is_set)
         return Done(published, tile.index in fresh, steps, count, error)

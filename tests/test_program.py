@@ -77,14 +77,17 @@ def test_rational_and_irrational_equations_are_compiled() -> None:
 @pytest.mark.parametrize(
     ("function", "says"),
     [
-        (lambda x: (sp.erf(x),), r"erf cannot be compiled; its equations may use .*sin.*Piecewise"),
+        (
+            lambda x: (sp.erf(x),),
+            r"test_program.py:\d+: erf cannot be compiled; its equations may use .*sin.*Piecewise",
+        ),
         (lambda x: (sp.floor(x),), "floor cannot be compiled"),
         (lambda x: (sp.atan2(x, 1),), "atan.* cannot be compiled"),
         (lambda x: (x ** sp.Rational(1, 3),), "power 1/3"),
         (lambda x: (2**x,), "power u_x cannot be compiled; .*exp"),
         (lambda x: (sp.Piecewise((x, x > 0)),), "no branch for all other cases"),
         (lambda x: (sp.Piecewise((x, sp.Xor(x > 0, x > 1)), (0, True)),), "condition .* cannot be compiled"),
-        (lambda x: (x + sp.zoo,), "not a finite real number"),
+        (lambda x: (x + sp.zoo,), r"test_program.py:\d+: .*not a finite real number"),
         (lambda x: (x * sp.sqrt(-1),), "not a finite real number"),
         (lambda x: (math.sin(x),), r"test_program.py:\d+: .* only numbers got a state.*quavsweep.models.function"),
         (lambda x: (np.sin(x),), r"test_program.py:\d+: .* only numbers got a state.*quavsweep.models.function"),

@@ -5,19 +5,23 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from quavsweep.config import parse_sweep
+from quavsweep.classify import classify
+from quavsweep.codes import Region
+from quavsweep.config import Sweep, parse_sweep
 from quavsweep.grid import Tile
 from quavsweep.integrate import integrate_tile
 from quavsweep.models import load_model
 from quavsweep.plan import make_plan
-from quavsweep.step_check import check_step
+from quavsweep.step_check import check_step, regular_cells
 from quavsweep.sweep import run_sweep
+from tests.conftest import LORENZ, YAW
 
 CONFIG = """\
 name: check
@@ -97,3 +101,37 @@ def test_another_tolerance_integrates_nothing_anew(tmp_path: Path) -> None:
     seen = []
     run_sweep(parse_sweep(_config(more=", tolerance: 0.5")), tmp_path, observe=lambda p: seen.append(p.cells_run))
     assert set(seen) == {0}
+
+
+def test_cells_that_were_chaotic_before_the_first_look_do_not_count(make_sweep: Callable[..., Sweep]) -> None:
+    """Cycles of the Lorenz system, some of them reached through chaos that is over by t = 100."""
+    sweep = make_sweep(
+        LORENZ,
+        ("start: 0.5, stop: 600, num: 60", "start: 60, stop: 200, num: 200"),
+        ("dt: 0.02", "dt: 0.005"),
+        ("block: 5", "block: 20"),
+        ("transient: 20, duration: 80", "transient: 100, duration: 300"),
+    )
+    plan, tile = make_plan(sweep, 16), Tile(0, 0, sweep.grid.size)
+    evidence = integrate_tile(plan, tile, lambda: False)
+    labels = classify(sweep, evidence)
+    regular = regular_cells(sweep, evidence, labels)
+    calm = np.isin(labels["region"], (Region.SINK, Region.PERIODIC)) & (labels["was_chaotic"] == 0)
+    assert regular.any()
+    assert not regular[~calm].any()
+    found, mixed = (check_step(plan, tile, cells, 1e9, lambda: False) for cells in (regular, calm & ~regular))
+    assert found is not None
+    assert mixed is not None
+    assert found.median < 0.05
+    assert mixed.median > 10 * found.median
+
+
+def test_without_exponents_those_that_settled_first_count(make_sweep: Callable[..., Sweep]) -> None:
+    sweep = make_sweep(YAW, ("measures: {lyapunov: {exponents: 3, block: 25}}", "measures: {}"))
+    evidence = integrate_tile(make_plan(sweep, 16), Tile(0, 0, sweep.grid.size), lambda: False)
+    labels = classify(sweep, evidence)
+    regular, settle = regular_cells(sweep, evidence, labels), labels["settle_time"]
+    assert regular.any()
+    assert settle[regular].max() < np.nanmax(settle)
+    evidence["certificate"][:] = 0
+    assert not regular_cells(sweep, evidence, labels).any()

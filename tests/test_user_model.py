@@ -160,6 +160,14 @@ def test_a_template_of_a_users_model_is_read(files: tuple[Path, Path]) -> None:
             r":10: `if`, .* decides by a state or param",
         ),
         ("    return w", "    w = max(w, 0)\n    return w", r":10: `if`, `min`, `max` .*; use where, minimum"),
+        (
+            "    return w",
+            "    a = 1\n    b = theta / 0\n    return b + w",
+            r":11: zoo, a division by zero, is not a finite",
+        ),
+        ("return w, ", "return abs(theta) ** 1.3, ", r":10: the power 1.3 cannot be compiled; multiples of 1/2"),
+        ("    return w", "    w = theta**w\n    drive = 1\n    return w", r":10: the power .* cannot be compiled"),
+        ("2 * pi / omega,", "2 * pi / omega**1.3,", r":18: the power -1.3 cannot be compiled"),
         ("sin(theta)\n", "math.sin(theta)\n", r":10: name 'math' is not defined"),
         (
             "import cos, sin",

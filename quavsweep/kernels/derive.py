@@ -12,7 +12,7 @@ import sympy as sp
 from quavsweep.errors import ModelError
 from quavsweep.kernels.choice import Less, LessEqual, as_choices
 from quavsweep.kernels.program import TIME, TIME_SCALE, Assignment, Program, Ref
-from quavsweep.models.mistake import mistake, place, place_of_return
+from quavsweep.models.mistake import mistake, place, place_of_return, place_of_value
 
 if TYPE_CHECKING:
     from quavsweep.models import Model
@@ -49,6 +49,20 @@ def derive(model: Model) -> Program:
     time = sp.Symbol(TIME, real=True)
     rhs = _derivatives(model, u, p, time)
     period = _period(model, p)
+    try:
+        return _program(model, u, p, time, rhs, period)
+    except ModelError as error:
+        if error.where != model.name:
+            raise
+        if model.forcing_period is not None and not _compilable(period, u):
+            raise ModelError(error.what, place(model.forcing_period), error.possible) from error
+        raise ModelError(error.what, _place(model, u, p, time), error.possible) from error
+
+
+def _program(
+    model: Model, u: list[sp.Symbol], p: list[sp.Symbol], time: sp.Symbol, rhs: list[sp.Expr], period: sp.Expr
+) -> Program:
+    """Return the program of derivatives and a period of the forcing."""
     scale = sp.Symbol(TIME_SCALE, real=True)
     rhs = [sp.Add(*(scale * term for term in sp.Add.make_args(f))) for f in rhs]
     rhs = [as_choices(f, model.name) for f in rhs]
@@ -112,6 +126,32 @@ def _expression(value: Any, where: str, what: str) -> sp.Expr:
     if not isinstance(expression, sp.Expr):
         raise ModelError(f"{what} is {expression}, which is no number or expression", where)
     return expression
+
+
+def _place(model: Model, u: list[sp.Symbol], p: list[sp.Symbol], time: sp.Symbol) -> str:
+    """Return file and line where the equations first have a value that cannot be compiled."""
+    known: dict[sp.Expr, bool] = {}
+
+    def wrong(value: Any) -> bool:
+        if isinstance(value, tuple | list):
+            return any(map(wrong, value))
+        if not isinstance(value, sp.Expr):
+            return False
+        if value not in known:
+            known[value] = not _compilable(value, [*u, time])
+        return known[value]
+
+    return place_of_value(model.rhs, lambda: model.field(u, p, time), wrong)
+
+
+def _compilable(value: sp.Expr, states: list[sp.Symbol]) -> bool:
+    """Whether an expression can be compiled."""
+    writer = _Writer("", states)
+    try:
+        writer.write([writer.hoist(as_choices(value, ""))])
+    except ModelError:
+        return False
+    return True
 
 
 class _Writer:
@@ -217,7 +257,8 @@ class _Writer:
     def _number(self, expression: sp.Expr) -> float:
         value = complex(expression) if expression.is_finite is not False else complex("nan")
         if value.imag or not math.isfinite(value.real):
-            raise ModelError(f"{expression} is not a finite real number", self.where, "constants must be")
+            name = "zoo, a division by zero," if expression is sp.zoo else expression
+            raise ModelError(f"{name} is not a finite real number", self.where, "constants must be")
         return value.real
 
     def _sum(self, expression: sp.Expr) -> Ref:
@@ -256,7 +297,7 @@ class _Writer:
             # Not by exp and log unasked: the error in ulp would be the size of power * log(base).
             other = "" if power.is_number else "; exp(power * log(base)) does it less accurately"
             raise ModelError(
-                f"the power {power} cannot be compiled",
+                f"the power {sp.sstr(power, full_prec=False)} cannot be compiled",
                 self.where,
                 f"multiples of 1/2 up to {LARGEST_POWER} can{other}",
             )

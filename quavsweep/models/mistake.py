@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import inspect
+import sys
 import traceback
 from collections.abc import Callable
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 from quavsweep.errors import ModelError
@@ -58,6 +60,46 @@ def place_of_return(function: Callable[..., Any]) -> str:
         return place(function)
     found = [number for number, line in enumerate(lines, first) if line.lstrip().startswith("return")]
     return place(function, found[-1] if found else first)
+
+
+def place_of_value(function: Callable[..., Any], call: Callable[[], Any], wrong: Callable[[Any], bool]) -> str:
+    """Return file and line where a wrong value first appears while a function of a user is called.
+
+    Parameters
+    ----------
+    function : callable
+        The values of its file's functions are looked at, line by line.
+    call : callable
+        Calls it, and raises nothing.
+    wrong : callable
+        Whether a value is wrong; it may be of any type.
+
+    Returns
+    -------
+    str
+        That of the last `return` if no value was wrong.
+    """
+    code = getattr(function, "__code__", None)
+    found: list[int] = []
+    lines: dict[int, int] = {}  # that each call is in
+
+    def look(frame: FrameType, event: str, result: Any) -> Any:
+        if code is None or frame.f_code.co_filename != code.co_filename:
+            return None
+        values = [result] if event == "return" else list(frame.f_locals.values())
+        line = frame.f_lineno if event == "return" else lines.get(id(frame), frame.f_lineno)
+        if not found and any(map(wrong, values)):
+            found.append(line)
+        lines[id(frame)] = frame.f_lineno
+        return look
+
+    before = sys.gettrace()
+    sys.settrace(look)
+    try:
+        call()
+    finally:
+        sys.settrace(before)
+    return place(function, found[0]) if found else place_of_return(function)
 
 
 def _shown(file: str) -> str:
