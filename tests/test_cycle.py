@@ -402,3 +402,14 @@ def test_runs_across_kinks_share_calls_and_do_not_depend_on_their_neighbours(mon
         for ours, theirs in zip(alone, together, strict=True):
             np.testing.assert_array_equal(ours[0], theirs[i])
     assert 0 < 3 * shared < calls - shared
+
+
+def test_a_cycle_whose_map_bends_more_than_the_method_errs_is_found_around_the_methods_own() -> None:
+    bench = Bench("lorenz", 0.005)
+    u, parameters = bench.settled([1, 1, 20], 2000.0, rho=111.0, beta=3.5)
+    cycles = bench.search.find(u, parameters, 4000)
+    assert cycles.found.all()
+    assert cycles.hits[0] == 13
+    np.testing.assert_allclose(cycles.period, 6.366673, rtol=1e-6)  # closed by SciPy as well
+    later = bench.search.find(bench.advance(u, parameters, 4000.0), parameters, 4000)
+    np.testing.assert_allclose(later.point, cycles.point, rtol=0, atol=1e-6)
