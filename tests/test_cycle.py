@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
+from quavsweep.analysis import kink
 from quavsweep.analysis.cycle import Cycles, CycleSearch
 from quavsweep.analysis.event import locate, slope, steps_from
 from quavsweep.analysis.flow import Flow
@@ -379,3 +380,36 @@ def test_events_are_located_alike_by_compiled_and_by_interpreted_steps() -> None
     np.testing.assert_allclose(time, times, rtol=0, atol=1e-14)
     np.testing.assert_allclose(state, states, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(event(state, c), 0.0, atol=1e-10)
+
+
+def test_runs_across_kinks_share_calls_and_do_not_depend_on_their_neighbours(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench, calls = Bench("chua", 0.01), 0
+    u, parameters = bench.settled([0.1, 0, 0], 50.0, alpha=np.linspace(8.0, 9.5, 20))
+    flow, time, steps = Flow(bench.program, 16), np.linspace(5.0, 9.0, 20), np.full(20, 400)
+
+    def counted(*given: Any) -> Any:
+        nonlocal calls
+        calls += 1
+        return locate(*given)
+
+    monkeypatch.setattr(kink, "locate", counted)
+    together = kink.tangent_across(flow, METHODS["dp8"], u, parameters, time, steps)
+    shared = calls
+    for i in range(20):
+        one = slice(i, i + 1)
+        own = [p[one] for p in parameters]
+        alone = kink.tangent_across(flow, METHODS["dp8"], u[one], own, time[one], steps[one])
+        for ours, theirs in zip(alone, together, strict=True):
+            np.testing.assert_array_equal(ours[0], theirs[i])
+    assert 0 < 3 * shared < calls - shared
+
+
+def test_a_cycle_whose_map_bends_more_than_the_method_errs_is_found_around_the_methods_own() -> None:
+    bench = Bench("lorenz", 0.005)
+    u, parameters = bench.settled([1, 1, 20], 2000.0, rho=111.0, beta=3.5)
+    cycles = bench.search.find(u, parameters, 4000)
+    assert cycles.found.all()
+    assert cycles.hits[0] == 13
+    np.testing.assert_allclose(cycles.period, 6.366673, rtol=1e-6)  # closed by SciPy as well
+    later = bench.search.find(bench.advance(u, parameters, 4000.0), parameters, 4000)
+    np.testing.assert_allclose(later.point, cycles.point, rtol=0, atol=1e-6)

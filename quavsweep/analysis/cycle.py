@@ -9,6 +9,7 @@ import numpy as np
 
 from quavsweep.analysis.floquet import floquet
 from quavsweep.analysis.flow import Flow
+from quavsweep.analysis.own_cycle import examine_own_cycle
 from quavsweep.analysis.returns import (
     MOST_HITS,
     ROUNDING,
@@ -96,15 +97,16 @@ class Cycles:
 
 @dataclass(frozen=True)
 class _Stretch:
-    """What n orbits did: their hits and amplitudes, and the step with which they were followed."""
+    """What n orbits did: where they began, their hits and amplitudes, and the step with which they were followed."""
 
+    start: np.ndarray
     hits: Hits
     amplitude: np.ndarray
     dt: np.ndarray
 
     def take(self, cells: np.ndarray) -> _Stretch:
         """Return those of some cells."""
-        return _Stretch(self.hits.take(cells), self.amplitude[cells], self.dt[cells])
+        return _Stretch(self.start[cells], self.hits.take(cells), self.amplitude[cells], self.dt[cells])
 
 
 class CycleSearch:
@@ -208,7 +210,7 @@ class CycleSearch:
             pair = (begin, states[at + 1, :, column])
             later, state = between(self._program, self._event, pair, c[:, where], dt[where])
             hits.add(where, later + at * dt[where], state, begin)
-        return _Stretch(hits.table(len(u)), amplitude, dt)
+        return _Stretch(u, hits.table(len(u)), amplitude, dt)
 
     def _times(self, n: int, parameters: Sequence[np.ndarray], steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return for a stretch of so many steps of the sweep: long steps, its length, long steps in a forcing."""
@@ -256,6 +258,17 @@ class CycleSearch:
             near,
             multiple if self._forced else None,
         ).inside
+        closed.found[:] &= ~cycles.found
+        cycles.found[:] |= examine_own_cycle(
+            self._shooting,
+            self._method,
+            self._dt,
+            closed,
+            tour.amplitude,
+            parameters,
+            stretch.start,
+            self._direction,
+        )
         return cycles, again
 
     def _near(

@@ -13,6 +13,7 @@ from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.program import Program, Ref
 
 MOST = 256  # kinks in a run
+STRETCH = 64  # steps after which is seen whether a kink was among them
 BESIDE = (
     1e-9  # how far before and behind a kink steps end and begin, in steps: each side is computed by its own equations
 )
@@ -30,8 +31,7 @@ def tangent_across(
     """Return what `Flow.tangent` does, with the steps cut at kinks and jumps, each of which is crossed transversally.
 
     Where an orbit crosses the surface h = 0 between the velocities f and f', the derivative is multiplied by
-    I + (f' - f) grad h^T / (grad h . f), which is I at a kink. There are no more steps than `steps` and one for each
-    kink, and no longer ones.
+    I + (f' - f) grad h^T / (grad h . f), which is I at a kink. Steps are not longer than `time / steps`.
 
     References
     ----------
@@ -50,7 +50,7 @@ def tangent_across(
         beside = BESIDE * dt[open_]
         meets = until < remaining - 2.0 * beside
         length = np.where(meets, np.maximum(until - beside, 0.0), remaining)
-        counts = np.maximum(np.ceil(length / dt[open_] * (1 - 1e-9)).astype(int), 1)
+        counts = _rounded(length / dt[open_])
         x, matrix, growth = flow.tangent(method, end[open_], own, length, counts)
         derivative[open_] = np.matmul(matrix, derivative[open_])
         volume[open_] += growth
@@ -65,6 +65,11 @@ def tangent_across(
             end[open_], left[open_] = x, left[open_] - 2.0 * beside
     end[open_] = np.nan
     return end, derivative, volume
+
+
+def _rounded(steps: np.ndarray) -> np.ndarray:
+    """Return the powers of two not below numbers of steps, (n,) int, so that cells share calls of a kernel."""
+    return np.asarray(2 ** np.ceil(np.log2(np.maximum(steps, 1.0)) - 1e-9).astype(int))
 
 
 def _difference(program: Program, left: Ref, right: Ref) -> Event:
@@ -88,20 +93,40 @@ def _next(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return when orbits next cross a switch, (n,), infinite if they do not, and which it is."""
     until, which = np.full(len(u), np.inf), np.zeros(len(u), dtype=int)
-    counts = np.maximum(np.ceil(time / dt).astype(int), 1)
-    steps, c = time / counts, flow.program.coefficient_values(parameters)
-    for cells, states in flow.record(method, u, parameters, time, counts):
-        for number, event in enumerate(events):
-            at, column = crossed(event, "both", states, c[:, cells])
-            column, first = np.unique(column, return_index=True)
-            at, where = at[first], cells[column]
-            begin = np.ascontiguousarray(states[at, :, column].T)
-            after = flow.steps_from(method, begin.T, [p[where] for p in parameters])
-            later, _ = locate(after, steps[where], event, begin, c[:, where])
-            when = later + at * steps[where]
-            sooner = when < until[where]
-            until[where[sooner]], which[where[sooner]] = when[sooner], number
+    end, passed, open_, event = u.copy(), 0, np.arange(len(u)), _chosen(events)
+    while open_.size:
+        own, steps = [p[open_] for p in parameters], dt[open_]
+        c = flow.program.coefficient_values(own)
+        found = []
+        lengths = np.full(open_.size, STRETCH)
+        for cells, states in flow.record(method, end[open_], own, STRETCH * steps, lengths):
+            end[open_[cells]] = states[-1].T
+            for number, one in enumerate(events):
+                at, column = crossed(one, "both", states, c[:, cells])
+                column, first = np.unique(column, return_index=True)
+                at = at[first]
+                found.append((cells[column], np.full(column.size, number), at, states[at, :, column]))
+        cell, switch, at, begin = (np.concatenate(part) for part in zip(*found, strict=True))
+        if cell.size:
+            after = flow.steps_from(method, begin, [p[cell] for p in own])
+            later, _ = locate(after, steps[cell], event, begin.T.copy(), np.concatenate([c[:, cell], switch[None]]))
+            when = later + (passed + at) * steps[cell]
+            order = np.lexsort((switch, when, cell))
+            soonest = order[np.unique(cell[order], return_index=True)[1]]
+            until[open_[cell[soonest]]], which[open_[cell[soonest]]] = when[soonest], switch[soonest]
+        passed += STRETCH
+        open_ = open_[~np.isfinite(until[open_]) & (passed * steps < time[open_])]
     return until, which
+
+
+def _chosen(events: Sequence[Event]) -> Event:
+    """Return the event that, in each place, is the one whose number comes last among the coefficients."""
+
+    def event(u: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        values = np.array([one(u, coefficients[:-1]) for one in events])
+        return np.asarray(values[coefficients[-1].astype(int), np.arange(u.shape[1])])
+
+    return event
 
 
 def _jump(

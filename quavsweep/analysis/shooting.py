@@ -12,7 +12,7 @@ from quavsweep.analysis.event import Event
 from quavsweep.analysis.flow import Flow
 from quavsweep.analysis.kink import tangent_across
 from quavsweep.analysis.returns import shortest, size
-from quavsweep.kernels.method import METHODS
+from quavsweep.kernels.method import METHODS, ButcherTable
 
 METHOD = METHODS["dp8"]
 GRADES = tuple(round(8 * 2 ** (k / 4)) for k in range(96))  # numbers of steps; a cell's own period chooses one
@@ -154,6 +154,17 @@ class Shooting:
             open_ = open_[finer.found & ~(finer.error <= goal)]
         return closed
 
+    def close_as(
+        self,
+        method: ButcherTable,
+        closed: Closed,
+        parameters: Sequence[np.ndarray],
+        amplitude: np.ndarray,
+        steps: np.ndarray,
+    ) -> Closed:
+        """Return the orbits that close for a method of any order in so many steps, (n,) int, near some that close."""
+        return self._newton(closed.point, closed.period, parameters, amplitude, steps, FINE, method)
+
     def _newton(
         self,
         u: np.ndarray,
@@ -162,6 +173,7 @@ class Shooting:
         amplitude: np.ndarray,
         steps: np.ndarray,
         goal: float,
+        method: ButcherTable = METHOD,
     ) -> Closed:
         """Close orbits with so many steps each, until Newton's steps are as small as `goal` amplitudes."""
         guess = period
@@ -174,7 +186,7 @@ class Shooting:
                 break
             x, time, c = closed.point[open_], closed.period[open_], coefficients[:, open_]
             own = [p[open_] for p in parameters]
-            end, derivative, volume = self._run(x, own, time, steps[open_])
+            end, derivative, volume = self._run(x, own, time, steps[open_], method)
             gap = shortest(end - x, self.circle)
             if self.event is None:
                 velocity = np.zeros_like(x)
@@ -198,11 +210,16 @@ class Shooting:
         return closed
 
     def _run(
-        self, u: np.ndarray, parameters: Sequence[np.ndarray], time: np.ndarray, steps: np.ndarray
+        self,
+        u: np.ndarray,
+        parameters: Sequence[np.ndarray],
+        time: np.ndarray,
+        steps: np.ndarray,
+        method: ButcherTable,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         if self.flow.program.switches and self.event is not None:
-            return tangent_across(self.flow, METHOD, u, parameters, time, steps)
-        return self.flow.tangent(METHOD, u, parameters, time, steps)
+            return tangent_across(self.flow, method, u, parameters, time, steps)
+        return self.flow.tangent(method, u, parameters, time, steps)
 
     def _bordered(
         self,

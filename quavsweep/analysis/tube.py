@@ -39,6 +39,7 @@ from quavsweep.analysis.shooting import METHOD, Closed
 from quavsweep.kernels.method import ButcherTable
 
 ROOM = 1.25  # radius of the tube against the distance of the orbit
+FLOOR = 4.0  # least radius against e / (1 - q)
 WIDTH = 4.0  # radii at which the derivative is computed
 DOUBLINGS = 24  # of the sum of the metric: 2^24 terms
 UNIT = 1.0 - 1e-6  # largest size of a multiplier whose cycle is certified
@@ -68,7 +69,7 @@ class Tube:
 
 
 @dataclass(frozen=True)
-class _Frame:
+class Frame:
     """Coordinates across n cycles: z = across^T (u - x*) / amplitude, y = to_y z."""
 
     point: np.ndarray
@@ -114,11 +115,74 @@ class _Frame:
         """Return how large an error of hits is in the metric, (n,)."""
         return np.asarray(NOISE * np.abs(self.to_y).sum(axis=(1, 2)))
 
-    def take(self, cells: np.ndarray) -> _Frame:
+    def take(self, cells: np.ndarray) -> Frame:
         """Return the coordinates of some of the cycles."""
         heading = None if self.heading is None else self.heading[cells]
         parts = (self.across[cells], self.to_y[cells], self.to_z[cells])
-        return _Frame(self.point[cells], self.amplitude[cells], self.circle, heading, *parts)
+        return Frame(self.point[cells], self.amplitude[cells], self.circle, heading, *parts)
+
+
+@dataclass(frozen=True)
+class ReturnMap:
+    """The method's return maps around n cycles.
+
+    Parameters
+    ----------
+    flow : Flow
+    method : ButcherTable
+        Of the sweep.
+    closed : Closed
+    parameters : sequence of (n,) arrays
+    frame : Frame
+    turns, steps : (n,) int
+        Periods in a return, and steps.
+    """
+
+    flow: Flow
+    method: ButcherTable
+    closed: Closed
+    parameters: Sequence[np.ndarray]
+    frame: Frame
+    turns: np.ndarray
+    steps: np.ndarray
+
+    def take(self, cells: np.ndarray) -> ReturnMap:
+        """Return the maps around some of the cycles."""
+        own = [p[cells] for p in self.parameters]
+        part, frame = self.closed.take(cells), self.frame.take(cells)
+        return ReturnMap(self.flow, self.method, part, own, frame, self.turns[cells], self.steps[cells])
+
+    def images(self, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far from the cycles points (n, D) return, and the norms of the derivatives there, (n,) each."""
+        flow, closed, own, frame = self.flow, self.closed, self.parameters, self.frame
+        time = self.turns * closed.period
+        end, derivative, _ = flow.tangent(self.method, start, own, time, self.steps)
+        if flow.program.switches and frame.heading is not None:
+            derivative = tangent_across(flow, METHOD, start, own, time, self.turns * closed.steps)[1]
+        velocity = flow.velocity(end, own) if frame.heading is not None else np.zeros_like(end)
+        return frame.distance(end, velocity), frame.stretching(derivative, velocity)
+
+    def contracts(
+        self, which: np.ndarray, radius: np.ndarray, missed: np.ndarray, norm_: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return around which of these cycles, (n,) bool, the maps contract, and the largest norm that was seen.
+
+        Parameters
+        ----------
+        radius, missed : (n,) float64
+            Of the neighbourhoods, and how far from themselves the points of the cycles return.
+        norm_ : (n,) float64
+            Of the derivatives there.
+        """
+        inside = which & (norm_ < 1.0) & (WIDTH * radius * self.frame.extent() <= SLIM)
+        largest, near = norm_.copy(), np.flatnonzero(inside)
+        if near.size:
+            narrow, reach, limit = self.take(near), WIDTH * radius[near], 0.5 * (1.0 + norm_[near])
+            for point in narrow.frame.rim(reach):
+                distance, stretched = narrow.images(point)
+                inside[near] &= (stretched < limit) & (distance < limit * reach + missed[near])
+                largest[near] = np.maximum(largest[near], stretched)
+        return inside, largest
 
 
 def examine_tube(
@@ -155,32 +219,23 @@ def examine_tube(
     if not good.size:
         return tube
     part, own, amplitude, slowest = closed.take(good), [p[good] for p in parameters], amplitude[good], slowest[good]
-    frame = _frame(part, np.abs(slowest), amplitude, circle, multiple is not None)
+    frame = frame_around(part, np.abs(slowest), amplitude, circle, multiple is not None)
     last, once, twice = (frame.distance(hit[good]) for hit in hits)
     turns = np.where(slowest.real < 0, 2, 1)
     before = np.where((turns == 2) & np.isfinite(twice), twice, once)
     steps = _grade(turns * part.period / dt, None if multiple is None else turns * multiple[good])
     with np.errstate(all="ignore"):
-        missed, norm_ = _runs(flow, method, part, own, frame, part.point, turns, steps)
-        floor = 4.0 * missed / (1.0 - norm_)
+        returns = ReturnMap(flow, method, part, own, frame, turns, steps)
+        missed, norm_ = returns.images(part.point)
+        floor = FLOOR * missed / (1.0 - norm_)
         size = np.maximum(ROOM * last, floor)
         settles = last <= np.maximum(0.5 * (1.0 + norm_) * before + missed + frame.noise(), floor)
-        slim = WIDTH * size * frame.extent() <= SLIM
-        inside = (norm_ < 1.0) & settles & slim
-        largest = norm_.copy()
-        near = np.flatnonzero(inside)
-        if near.size:
-            some, theirs, narrow = part.take(near), [p[near] for p in own], frame.take(near)
-            limit = 0.5 * (1.0 + norm_[near])
-            for point in narrow.rim(WIDTH * size[near]):
-                distance, stretched = _runs(flow, method, some, theirs, narrow, point, turns[near], steps[near])
-                inside[near] &= (stretched < limit) & (distance < limit * WIDTH * size[near] + missed[near])
-                largest[near] = np.maximum(largest[near], stretched)
+        inside, largest = returns.contracts(settles, size, missed, norm_)
     tube.inside[good], tube.level[good], tube.radius[good], tube.contraction[good] = inside, last, size, largest
     return tube
 
 
-def _frame(closed: Closed, radius: np.ndarray, amplitude: np.ndarray, circle: np.ndarray, forced: bool) -> _Frame:
+def frame_around(closed: Closed, radius: np.ndarray, amplitude: np.ndarray, circle: np.ndarray, forced: bool) -> Frame:
     """Return the coordinates across cycles, and in them the metric in which the return map contracts."""
     n, dimension = closed.point.shape
     if forced:
@@ -202,7 +257,7 @@ def _frame(closed: Closed, radius: np.ndarray, amplitude: np.ndarray, circle: np
         power = np.matmul(power, power)
     metric[~np.isfinite(metric).all(axis=(1, 2))] = np.eye(across.shape[2])
     to_y = np.linalg.cholesky(0.5 * (metric + metric.transpose(0, 2, 1))).transpose(0, 2, 1)
-    return _Frame(closed.point, amplitude, circle, heading, across, to_y, np.linalg.inv(to_y))
+    return Frame(closed.point, amplitude, circle, heading, across, to_y, np.linalg.inv(to_y))
 
 
 def _grade(steps: np.ndarray, multiple: np.ndarray | None) -> np.ndarray:
@@ -210,21 +265,3 @@ def _grade(steps: np.ndarray, multiple: np.ndarray | None) -> np.ndarray:
     if multiple is not None:
         return np.asarray(multiple * np.maximum(np.rint(steps / multiple).astype(int), 1))
     return np.asarray(GRADES)[np.maximum(np.searchsorted(GRADES, steps, side="right") - 1, 0)]
-
-
-def _runs(
-    flow: Flow,
-    method: ButcherTable,
-    closed: Closed,
-    parameters: Sequence[np.ndarray],
-    frame: _Frame,
-    start: np.ndarray,
-    turns: np.ndarray,
-    steps: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Run the method over one period or two; return how far from the cycle it ends, and the norm of the derivative."""
-    end, derivative, _ = flow.tangent(method, start, parameters, turns * closed.period, steps)
-    if flow.program.switches and frame.heading is not None:
-        derivative = tangent_across(flow, METHOD, start, parameters, turns * closed.period, turns * closed.steps)[1]
-    velocity = flow.velocity(end, parameters) if frame.heading is not None else np.zeros_like(end)
-    return frame.distance(end, velocity), frame.stretching(derivative, velocity)

@@ -159,7 +159,10 @@ class Program:
         n = np.shape(parameters[0])[0] if parameters else 1
         given = dict(zip(self.parameters, parameters, strict=True))
         values = self.evaluate(self.coefficients, {**given, TIME_SCALE: scale})
-        return np.array([np.broadcast_to(value, (n,)) for value in values], dtype=np.float64).reshape(len(values), n)
+        table = np.empty((len(values), n))
+        for row, value in zip(table, values, strict=True):
+            row[...] = value
+        return table
 
     def forcing_periods(self, parameters: Sequence[np.ndarray]) -> np.ndarray:
         """Return the periods of the forcing of n cells, (n,) float64, from their parameters in the model's order."""
