@@ -79,6 +79,7 @@ def _forget_later(cut: Evidence, variables: dict[str, Variable], steps: int) -> 
     for name in ("certified_steps", "settled_steps"):
         cut[name][later] = 0
     cut["rest_steps"][~rests] = 0
+    cut["close_steps"][cut["close_steps"] > steps] = 0
     for name in _SINK:
         cut[name][later & ~(rests & was_sink)] = variables[name].fill
     for name in _CYCLE:

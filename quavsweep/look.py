@@ -119,6 +119,8 @@ def _find_cycles(plan: Plan, evidence: Evidence, cells: np.ndarray, parameters: 
     if done & (done - 1) == 0:
         segments = min(done, LONGEST_STRETCH)
     cycles = plan.search.find(evidence["state"][cells], parameters, clock.segment_steps * segments)
+    first = cells[cycles.close & (evidence["close_steps"][cells] == 0)]
+    evidence["close_steps"][first] = evidence["steps"][first]
     rests, closed = cycles.found & cycles.resting, cycles.found & ~cycles.resting
     _certify(plan, evidence, cells[rests], Certificate.SINK)
     evidence["equilibrium"][cells[rests]] = cycles.point[rests]

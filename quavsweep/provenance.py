@@ -41,6 +41,7 @@ HASHED_MODULES = (
     "quavsweep.analysis.flow",
     "quavsweep.analysis.interval",
     "quavsweep.analysis.kink",
+    "quavsweep.analysis.own_cycle",
     "quavsweep.analysis.returns",
     "quavsweep.analysis.shooting",
     "quavsweep.analysis.tour",

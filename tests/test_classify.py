@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from quavsweep.classify import classify, missing_sum, missing_zero, regions, result_variables, undecided
 from quavsweep.codes import Certificate, Region, Status
-from quavsweep.config import Sweep
+from quavsweep.config import Sweep, load_sweep
 from quavsweep.grid import Tile
 from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
 from quavsweep.plan import make_plan
+from quavsweep.point import compute_point
 from tests.conftest import LORENZ, YAW
 
 SEGMENTS = 16
@@ -393,3 +395,11 @@ def test_certified_ends_agree_with_the_long_averages(make_sweep: Callable[..., S
     assert not np.isin(found, (Region.CHAOS, Region.QUASI_PERIODIC)).any()
     assert (np.abs(exact["zero_error"][cycle]) < 1e-8).all()
     assert (within.mean(axis=0) > 0.97).all()
+
+
+def test_an_orbit_that_comes_to_a_cycle_slowly_is_no_torus() -> None:
+    """It has two neutral exponents and is regular; at 8,000 s its cycle is certified."""
+    sweep = load_sweep(Path(__file__).parent.parent / "configs" / "omega_c.yaml")
+    point = compute_point(sweep, {"Omega1": 332, "c": 4.74})
+    assert point.values["birkhoff_digits"] > sweep.config.classify.digits
+    assert point.values["region"] == Region.UNDECIDED

@@ -48,6 +48,8 @@ class Cycles:
     ----------
     found : (n,) bool
         From `find`: the orbit is in the tube of a stable cycle. From `close`: an orbit closes here.
+    close : (n,) bool
+        From `find`: a stable cycle closes near the orbit, in the tube or not: an orbit on a torus has none.
     resting : (n,) bool
         The cycle of a forced system is a state that does not move, so a sink.
     period : (n,) float64
@@ -67,6 +69,7 @@ class Cycles:
     """
 
     found: np.ndarray
+    close: np.ndarray
     resting: np.ndarray
     period: np.ndarray
     hits: np.ndarray
@@ -79,6 +82,7 @@ class Cycles:
     def none(cls, n: int, dimension: int) -> Cycles:
         """Return n orbits without a cycle."""
         return cls(
+            np.zeros(n, dtype=bool),
             np.zeros(n, dtype=bool),
             np.zeros(n, dtype=bool),
             np.full(n, np.nan),
@@ -168,6 +172,7 @@ class CycleSearch:
                 own = [p[open_] for p in parameters]
                 found, count[open_] = self._attempt(stretch.take(open_), own, count[open_])
                 cycles.put(open_, found, found.found)
+                cycles.close[open_] |= found.close
         return cycles
 
     def close(self, u: np.ndarray, period: np.ndarray, parameters: Sequence[np.ndarray]) -> Cycles:
@@ -244,6 +249,7 @@ class CycleSearch:
         again = np.where(closed.found & (tour.least < tour.hits.count), tour.least, again)
         large = size(tour.amplitude, stretch.amplitude) >= SHRUNK
         closed.found[:] &= (again == 0) & (tour.least > 0) & (large | cycles.resting)
+        cycles.close[:] = closed.found
         scale = np.where(cycles.resting[:, None], REST_SCALE * (1.0 + np.abs(closed.point)), tour.amplitude)
         near = self._near(closed.found, stretch, parameters, count)
         cycles.found[:] = examine_tube(
@@ -299,4 +305,7 @@ class CycleSearch:
         if self._forced:
             resting = closed.found & (tour.amplitude <= REST * (1.0 + np.abs(closed.point))).all(axis=1)
         found = closed.found & (tour.least > 0)
-        return Cycles(found, resting, closed.period, tour.least, tour.symmetry, tour.point, multipliers, exponents)
+        hits = tour.least
+        return Cycles(
+            found, found.copy(), resting, closed.period, hits, tour.symmetry, tour.point, multipliers, exponents
+        )

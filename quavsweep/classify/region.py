@@ -5,7 +5,8 @@
 - saddle: the orbit rests on an equilibrium with an eigenvalue to the right of zero;
 - chaos: the largest exponent is positive in the last half and in the last quarter of the averaged time alike;
 - periodic without a certificate: one exponent is neutral and all others negative, in both;
-- quasi-periodic: two or more are neutral and all others negative, in both; and the orbit is regular.
+- quasi-periodic: two or more are neutral and all others negative, in both; the orbit is regular, and at no look did a
+  stable cycle close near it, as one does where an orbit comes to a cycle slowly.
 
 Noise alone makes no exponent negative, so chaos whose error hides the sign of the largest exponent has two neutral ones
 and looks like a torus. Therefore it must be regular too: weighted Birkhoff averages of the growth agree to `digits`
@@ -67,6 +68,8 @@ def _uncertified(sweep: Sweep, evidence: Evidence, growth: Growth | None, cells:
         window = averaged(evidence, sweep.clock)
         for kind, found in _kinds(sweep, growth.of(cells), window).items():
             region[found] = kind
+        slow = (region == Region.QUASI_PERIODIC) & (evidence["close_steps"] > 0)
+        region[slow] = Region.UNDECIDED
     elif sweep.measures.verdict:
         late = late_growth_of(evidence, sweep.clock)
         last = np.full(len(cells), late.path.shape[-1] - 1)

@@ -66,6 +66,7 @@ BASE = (
     Variable("eigenvalue_re", ("state",), "float64", "1/time", "real parts of the eigenvalues there, largest first"),
     Variable("eigenvalue_im", ("state",), "float64", "1/time", "imaginary parts of the eigenvalues there"),
     Variable("rest_steps", (), "int64", "1", "steps at the first look of the rest on an equilibrium that lasts"),
+    Variable("close_steps", (), "int64", "1", "steps at the first look at which a stable cycle closes near the orbit"),
     Variable("period", (), "float64", "time", "period of the cycle in which the orbit ends"),
     Variable("cycle_hits", (), "int32", "1", "hits of the section per period"),
     Variable("cycle_symmetry", (), "int8", "1", "how the cycle lies to the model's symmetries", CYCLE_SYMMETRY),
