@@ -55,7 +55,6 @@ TEXTS = {
 LOGARITHMIC = ("lifetime", "lifetime_se", "lifetime_at_least")
 SHARES = ("chaotic_share", "basin_share", "attractor_share")
 BOUNDS = {"lifetime": "lifetime_at_least"}  # what is known where a number is not
-CHAOTIC = 10  # starts without which no bound is told
 RATIOS = {"lifetime_error": ("lifetime_se", "lifetime")}  # what is drawn and not stored
 # Variables whose sign tells growth from decay.
 RATES = ("lyapunov", "lyapunov_raw", "eigenvalue_re")
@@ -180,12 +179,11 @@ class Catalogue:
         return self.result[variable]
 
     def _bound(self, variable: str) -> np.ndarray | None:
-        """Return what a lifetime exceeds where it is not known and enough starts are chaotic."""
+        """Return what a number exceeds where it is not known."""
         result = self.result
         if variable not in BOUNDS or BOUNDS[variable] not in result:
             return None
-        told = np.isnan(result[variable]) & (result["chaotic_share"] * result["starts"] >= CHAOTIC)
-        return np.where(told, result[BOUNDS[variable]], np.nan)
+        return np.where(np.isnan(result[variable]), result[BOUNDS[variable]], np.nan)
 
     def _values(self, variable: str, index: int) -> np.ndarray:
         """Return the values of one component; the others are not read."""

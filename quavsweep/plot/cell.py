@@ -20,7 +20,7 @@ from quavsweep.plot.orbit_diagram import sampled_state, samples_text
 from quavsweep.plot.overlay import make_curves
 from quavsweep.plot.scale import set_values
 from quavsweep.plot.style import PANEL, measured, number, rate_unit, say, symbol, unit_text
-from quavsweep.plot.title import LINE, cell_title
+from quavsweep.plot.title import LINE, cell_title, horizon_text
 from quavsweep.plot.trace import Trace
 
 if TYPE_CHECKING:
@@ -166,4 +166,4 @@ def _draw_state(axes: Axes, result: Result) -> None:
 
 def _title(result: Result, width: float) -> str:
     initial = [result.sweep.config.initial.get(name, 0.0) for name in result.sweep.model.state_names]
-    return cell_title(result.sweep, initial, int(result["region"]), width, result.fixed)
+    return cell_title(result.sweep, initial, int(result["region"]), width, result.fixed, horizon_text(result))

@@ -40,9 +40,13 @@ def choose_scale(quantities: Sequence[Quantity], limits: Limits | None) -> Colou
         return ColourScale(*code_colours(quantities[0].codes))
     values = np.concatenate([quantity.shown.ravel() for quantity in quantities])
     values = values[np.isfinite(values)]
-    if quantities[0].log and (values > 0).any():
-        bounds = [quantity.bound.ravel() for quantity in quantities if quantity.bound is not None]
-        return _extended(_logarithmic(values[values > 0], limits), np.concatenate([values, *bounds]))
+    if quantities[0].log:
+        bounds = np.concatenate(
+            [[], *(quantity.bound.ravel() for quantity in quantities if quantity.bound is not None)]
+        )
+        told = values if (values > 0).any() else bounds
+        if (told > 0).any():
+            return _extended(_logarithmic(told[told > 0], limits), np.concatenate([values, bounds]))
     if quantities[0].share and limits is None:
         return ColourScale(mpl.colormaps[SEQUENCE], Normalize(0.0, 1.0))
     if limits is not None:

@@ -17,11 +17,12 @@ from quavsweep.plot.cell import draw_part, possible_parts, region_text
 from quavsweep.plot.code import code_handles, mask_handles
 from quavsweep.plot.colour import Limits, choose_scale
 from quavsweep.plot.legend import legend_height, legend_outside
-from quavsweep.plot.map import draw_bar, draw_map
+from quavsweep.plot.map import default_variables, draw_bar, draw_map
 from quavsweep.plot.overlay import draw_curves, make_curves
 from quavsweep.plot.panel import choose_panels, draw_panel, panel_handles
 from quavsweep.plot.quantity import Quantity
 from quavsweep.plot.style import PAGE, PANEL, plain
+from quavsweep.plot.title import horizon_text
 
 if TYPE_CHECKING:
     from quavsweep.result import Result
@@ -48,8 +49,9 @@ def compare(runs: Sequence[Result], variables: Sequence[str], limits: Limits | N
 def _compare_maps(
     runs: Sequence[Result], variables: Sequence[str], limits: Limits | None, overlays: Sequence[str]
 ) -> Figure:
-    """Return maps of one variable, by default of the region."""
-    quantities = [Catalogue(run).find(variables[0] if variables else "region") for run in runs]
+    """Return maps of one variable, by default of the region, or of what says most of parameter points."""
+    natural = "region" if "region" in runs[0] else default_variables(runs[0])[0]
+    quantities = [Catalogue(run).find(variables[0] if variables else natural) for run in runs]
     scale = choose_scale(quantities, limits)
     curves = make_curves(overlays, [run.sweep for run in runs])
     below = [curve.handle for curve in curves[0]]
@@ -60,7 +62,7 @@ def _compare_maps(
         draw_curves(axes, over)
     if all(run.sweep.grid.axes == runs[0].sweep.grid.axes for run in runs):
         _label_outer(grid)
-    if not quantities[0].codes and any(np.isfinite(quantity.shown).any() for quantity in quantities):
+    if not quantities[0].codes and not all(quantity.empty for quantity in quantities):
         draw_bar(figure, meshes[0], grid, quantities[0], scale)
     legend_outside(figure, above, "upper")
     legend_outside(figure, below, "lower")
@@ -91,8 +93,14 @@ def _grid(runs: Sequence[Result], extra: float) -> tuple[Figure, list[Axes]]:
     for axes in grid[len(runs) :]:
         axes.remove()
     for axes, run in zip(grid, runs, strict=False):
-        axes.set_title(plain(run.sweep.name))
+        axes.set_title(_name(run))
     return figure, list(grid[: len(runs)])
+
+
+def _name(run: Result) -> str:
+    """Return the name of a run, and at which horizon it is seen, if any."""
+    horizon = horizon_text(run)
+    return plain(run.sweep.name) + (f",\n{horizon}" if horizon else "")
 
 
 def _label_outer(grid: Sequence[Axes]) -> None:
@@ -113,7 +121,8 @@ def _compare_lines(
     """Return panels under each other, each with its band of regions."""
     panels = [choose_panels(run, variables)[0] for run in runs]
     curves = make_curves(overlays, [run.sweep for run in runs])
-    handles = {str(handle.get_label()): handle for run in runs for handle in band_handles(run)}
+    banded = [run for run in runs if "region" in run]
+    handles = {str(handle.get_label()): handle for run in banded for handle in band_handles(run)}
     above = [*panel_handles(max(panels, key=len)), *handles.values()]
     below = [curve.handle for curve in curves[0]]
     height = (STACKED + TITLE) * len(runs) + legend_height(above, PANEL[0]) + legend_height(below, PANEL[0]) + 0.3
@@ -121,8 +130,9 @@ def _compare_lines(
     grid = figure.subplots(len(runs), 1, squeeze=False)[:, 0]
     for axes, run, panel, over in zip(grid, runs, panels, curves, strict=True):
         draw_panel(axes, run, panel, limits, over)
-        draw_band(axes, run, 1.2)
-        axes.set_title(plain(run.sweep.name), y=1.0, pad=72 * HEIGHT + 3)
+        if "region" in run:
+            draw_band(axes, run, 1.2)
+        axes.set_title(_name(run), y=1.0, pad=72 * HEIGHT + 3)
     legend_outside(figure, above, "upper")
     legend_outside(figure, below, "lower")
     figure.align_ylabels()
@@ -143,5 +153,5 @@ def _compare_cells(
     figure, grid = _grid(runs, 0.0)
     for axes, run in zip(grid, runs, strict=True):
         draw_part(axes, run, part, limits, written_out=0)
-        axes.set_title(f"{plain(run.sweep.name)}: {region_text(run)}")
+        axes.set_title(f"{_name(run)}: {region_text(run)}")
     return figure

@@ -22,7 +22,7 @@ from quavsweep.plot.map import make_map_figure
 from quavsweep.plot.point import make_point_figure
 from quavsweep.plot.style import style
 from quavsweep.plot.survival import SURVIVAL, make_survival_figure
-from quavsweep.plot.title import LINE, fixed_title
+from quavsweep.plot.title import LINE, fixed_title, horizon_text
 
 if TYPE_CHECKING:
     from quavsweep.point import Point
@@ -66,7 +66,7 @@ def make_figure(
         raise ConfigError(f"limits must ascend, {limits[0]:g} to {limits[1]:g} does not")
     with style():
         if len(runs) == 1 and _is_survival(runs[0], variables):
-            return make_survival_figure(runs[0], limits)
+            return _told(make_survival_figure(runs[0], limits), runs[0])
     variables = variables or tuple(runs[0].sweep.config.plot if len(runs) == 1 else ())
     runs = [_seen(run, variables) for run in runs]
     count = _axes_count(runs)
@@ -74,9 +74,7 @@ def make_figure(
         if len(runs) > 1:
             return compare(runs, variables, limits, overlays)
         figure = (make_cell_figure, make_line_figure, make_map_figure)[count](runs[0], variables, limits, overlays)
-        if count and runs[0].fixed:
-            _tell_fixed(figure, runs[0])
-        return figure
+        return _told(figure, runs[0]) if count else figure
 
 
 def _is_survival(run: Result, variables: Sequence[str]) -> bool:
@@ -97,12 +95,14 @@ def _seen(run: Result, variables: Sequence[str]) -> Result:
     return points if all(variable.partition(".")[0] in names for variable in variables) else run
 
 
-def _tell_fixed(figure: Figure, result: Result) -> None:
-    """Write above a figure at which values of other axes it is."""
+def _told(figure: Figure, result: Result) -> Figure:
+    """Return the figure with a title that says at which values of other axes it is, and at which horizon, if any."""
     width, height = figure.get_size_inches()
-    title = fixed_title(result.sweep, result.fixed, width)
-    figure.set_size_inches(width, height + LINE * (title.count("\n") + 1))
-    figure.suptitle(title, fontsize=8)
+    title = fixed_title(result.sweep, result.fixed, width, horizon_text(result))
+    if title:
+        figure.set_size_inches(width, height + LINE * (title.count("\n") + 1))
+        figure.suptitle(title, fontsize=8)
+    return figure
 
 
 def _axes_count(runs: Sequence[Result]) -> int:

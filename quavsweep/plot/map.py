@@ -51,7 +51,8 @@ def make_map_figure(result: Result, variables: Sequence[str], limits: Limits | N
 def default_variables(result: Result) -> tuple[str, ...]:
     """Return what is drawn of a result with two axes if nothing is asked for."""
     if "lifetime" in result:
-        return ("lifetime", "lifetime_error", "chaotic_share", "basin_share.sink")
+        error = ("lifetime_error",) if np.isfinite(result["lifetime"]).any() else ()
+        return ("lifetime", *error, "chaotic_share", "basin_share.sink")
     if "attractor" in result and not result.sweep.points.axes:
         return ("attractor",)
     return ("region", "lyapunov") if "lyapunov" in result else ("region",)
@@ -66,12 +67,11 @@ def draw_panel(
     if quantity.codes:
         legend_above(axes, code_handles(quantity.values, quantity.codes, quantity.todo), WIDTH)
         return
-    empty = not np.isfinite(quantity.shown).any()
     handles = mask_handles(quantity.todo, quantity.void)
-    if quantity.bound is not None and np.isfinite(quantity.bound).any():
+    if quantity.bounded:
         handles.append(Line2D([], [], ls="", marker=".", ms=3, color="black", label="at least"))
-    legend_above(axes, handles, WIDTH, title=quantity.label() if empty else "")
-    if not empty:
+    legend_above(axes, handles, WIDTH, title=quantity.label() if quantity.empty else "")
+    if not quantity.empty:
         draw_bar(figure, mesh, [axes], quantity, scale)
 
 

@@ -167,11 +167,10 @@ def _present(quantity: Quantity) -> list[Code]:
 
 def panel_handles(panel: Panel) -> list[Artist]:
     """Return a legend's lines for the components of a variable, none if there is only one."""
-    if panel[0].bound is not None and np.isfinite(panel[0].bound).any():
-        return [
-            Line2D([], [], color=LINES[0], marker=".", ms=2.5, label="mean \N{PLUS-MINUS SIGN} standard error"),
-            Line2D([], [], ls="", marker="^", ms=3, mfc="white", mec=LINES[0], mew=0.6, label="at least (95 %)"),
-        ]
+    if panel[0].bounded:
+        mean = Line2D([], [], color=LINES[0], marker=".", ms=2.5, label="mean \N{PLUS-MINUS SIGN} standard error")
+        bound = Line2D([], [], ls="", marker="^", ms=3, mfc="white", mec=LINES[0], mew=0.6, label="at least (95 %)")
+        return [mean, bound] if np.isfinite(panel[0].shown).any() else [bound]
     if len(panel) == 1:
         return []
     jumpy = _is_jumpy(panel)

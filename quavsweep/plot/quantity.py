@@ -65,6 +65,16 @@ class Quantity:
         return np.where(todo | ~np.isfinite(self.values), np.nan, self.values)
 
     @property
+    def bounded(self) -> bool:
+        """Whether there are bounds for numbers that are not known."""
+        return self.bound is not None and bool(np.isfinite(self.bound).any())
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is neither a number nor a bound."""
+        return not self.bounded and not np.isfinite(self.shown).any()
+
+    @property
     def void(self) -> np.ndarray:
         """Computed cells that have no number, (axes...) bool."""
         if self.values.dtype.kind in "iu":

@@ -23,7 +23,7 @@ SURVIVAL = "survival"  # the name that a user asks for
 MOST = 6  # points in a figure
 WIDTH = 2.9  # inches of a legend
 TITLE = "mean lifetime of chaos"
-TITLE_HEIGHT = 0.16  # inches
+TITLE_HEIGHT = 0.16  # inches of a line
 LEAST = 10  # starts that are chaotic beyond t0, of points that are chosen first
 
 
@@ -43,7 +43,9 @@ def make_survival_figure(result: Result, limits: Limits | None) -> Figure:
         Line2D([], [], color=colour, label=_text(result, where)) for where, colour in zip(chosen, colours, strict=True)
     ]
     handles.append(Line2D([], [], color="0.4", ls="--", marker="|", markevery=[0], label="exponential beyond $t_0$"))
-    figure = Figure(figsize=(PANEL[0], PANEL[1] + legend_height(handles, WIDTH) + TITLE_HEIGHT), layout="constrained")
+    title = TITLE + _choice(result, len(chosen))
+    height = PANEL[1] + legend_height(handles, WIDTH) + TITLE_HEIGHT * (1 + title.count("\n"))
+    figure = Figure(figsize=(PANEL[0], height), layout="constrained")
     axes = figure.subplots()
     for where, colour in zip(chosen, colours, strict=True):
         _draw(axes, result, where, colour)
@@ -51,22 +53,35 @@ def make_survival_figure(result: Result, limits: Limits | None) -> Figure:
     axes.set_ylim(*(limits or (max(axes.get_ylim()[0], 0.5 / result["starts"].max()), 1.15)))
     axes.set_xlabel(with_unit("$t$", result.sweep.model.time_unit))
     axes.set_ylabel("share of starts that have not settled")
-    legend_above(axes, handles, WIDTH, title=TITLE)
+    legend_above(axes, handles, WIDTH, title=title)
     return figure
+
+
+def _candidates(result: Result) -> np.ndarray:
+    """Return the numbers of the parameter points with chaos beyond t0, or of all if there are none."""
+    chaotic = np.nan_to_num(result["chaotic_share"] * result["starts"]).ravel()
+    candidates = np.flatnonzero(chaotic >= LEAST)
+    return candidates if candidates.size else np.arange(chaotic.size)
 
 
 def _chosen(result: Result) -> list[tuple[int, ...]]:
     """Return the indices of a few parameter points."""
-    shape, chaotic = result["starts"].shape, result["chaotic_share"] * result["starts"]
-    candidates = np.flatnonzero(np.nan_to_num(chaotic).ravel() >= LEAST)
-    if not candidates.size:
-        candidates = np.arange(chaotic.size)
+    shape, candidates = result["starts"].shape, _candidates(result)
     picked = np.unique(np.linspace(0, candidates.size - 1, MOST).round().astype(int))
     return [tuple(int(i) for i in np.unravel_index(candidates[p], shape)) for p in picked]
 
 
+def _choice(result: Result, shown: int) -> str:
+    """Return which of the parameter points are shown, if not all."""
+    every, with_chaos = result["starts"].size, _candidates(result).size
+    if shown == every:
+        return ""
+    among = f"the {with_chaos} of {every} with {LEAST} starts or more beyond $t_0$"
+    return f",\n{'at ' + among if shown == with_chaos else f'at {shown}, evenly, of {among}'}"
+
+
 def _draw(axes: Axes, result: Result, where: tuple[int, ...], colour: str) -> None:
-    """Draw the starts of a point as a curve, and the exponential from t0 on."""
+    """Draw the starts of a point as steps from look to look, and the exponential from t0 on."""
     clock = result.sweep.clock
     segment = clock.segment_steps * clock.dt
     names = ("region", "time_used", "settle_time")
@@ -74,7 +89,7 @@ def _draw(axes: Axes, result: Result, where: tuple[int, ...], colour: str) -> No
     survival, _ = survival_of(cell, segment)
     share = survival.remaining
     time = segment * np.arange(len(share))
-    axes.plot(time, np.where(share > 0, share, np.nan), color=colour)
+    axes.plot(time, np.where(share > 0, share, np.nan), color=colour, drawstyle="steps-post")
     first = round(float(result["lifetime_after"][where]) / segment) if len(share) > 1 else 0
     residual = float(result["lifetime"][where]) - first * segment
     if math.isfinite(residual) and residual > 0:

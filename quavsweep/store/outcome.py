@@ -62,12 +62,13 @@ def write_outcome(
         If `stopped()` became true, asked before each block.
     """
     sweep = shards.sweep
+    earlier = horizon is not None and horizon < sweep.clock.steps
     if horizon is not None:
         sweep = sweep.until(horizon)
         shards = replace(shards, sweep=shards.sweep.without_effort())
     variables = {v: _attributes(sweep, v) for v in _cell_variables(sweep, horizon)}
     told = {} if horizon is None else {HORIZON: horizon * sweep.clock.dt}
-    if horizon is not None and sweep.measures.verdict:
+    if earlier and sweep.measures.verdict:
         variables[REGION_VARIABLE] |= {"comment": NO_VERDICT}
     waiting: dict[int, int] = {}
     write_result(
