@@ -76,13 +76,13 @@ def test_a_survival_is_a_falling_share_with_its_exponential() -> None:
 def test_a_survival_says_which_points_it_shows_and_steps_where_it_is_looked_at() -> None:
     axes = make_figure(run(LIFETIME), variables=["survival"]).axes[0]
     title = axes.get_legend().get_title().get_text()
-    assert title == "mean lifetime of chaos,\nat the 2 of 3 with 10 starts or more beyond $t_0$"
+    assert title == "mean lifetime of chaos, 2 of 3 points:\nthose with $\\geq 10$ starts beyond $t_0$"
     assert axes.lines[0].get_drawstyle() == "steps-post"
     many = run(MANY)
     assert (many["chaotic_share"] * 12 >= 10).all()
     axes = make_figure(many, variables=["survival"]).axes[0]
     title = axes.get_legend().get_title().get_text()
-    assert title == "mean lifetime of chaos,\nat 6, evenly, of the 8 of 8 with 10 starts or more beyond $t_0$"
+    assert title == "mean lifetime of chaos, 6 of 8 points:\nevenly chosen"
     assert len(axes.lines) == 6
 
 

@@ -69,7 +69,7 @@ def draw_panel(
         return
     handles = mask_handles(quantity.todo, quantity.void)
     if quantity.bounded:
-        handles.append(Line2D([], [], ls="", marker=".", ms=3, color="black", label="at least"))
+        handles.append(Line2D([], [], ls="", marker=".", ms=4, mew=0.3, mec="white", color="black", label="at least"))
     legend_above(axes, handles, WIDTH, title=quantity.label() if quantity.empty else "")
     if not quantity.empty:
         draw_bar(figure, mesh, [axes], quantity, scale)
@@ -96,7 +96,7 @@ def draw_map(axes: Axes, result: Result, quantity: Quantity, scale: ColourScale)
     mesh = axes.pcolormesh(*borders, shown, rasterized=True, cmap=scale.colours, norm=scale.norm)
     if bounded.any():
         x, y = (np.asarray(axis.values)[i] for axis, i in zip((across, up), np.nonzero(bounded), strict=True))
-        axes.plot(x, y, ls="", marker=".", ms=1.5, mew=0, color="black")
+        axes.plot(x, y, ls="", marker=".", ms=2.0, mew=0.3, mec="white", color="black")
     set_scale(axes.xaxis, result.sweep.model, across)
     set_scale(axes.yaxis, result.sweep.model, up)
     axes.set(xlim=drawn_range(across), ylim=drawn_range(up))

@@ -76,8 +76,10 @@ def _choice(result: Result, shown: int) -> str:
     every, with_chaos = result["starts"].size, _candidates(result).size
     if shown == every:
         return ""
-    among = f"the {with_chaos} of {every} with {LEAST} starts or more beyond $t_0$"
-    return f",\n{'at ' + among if shown == with_chaos else f'at {shown}, evenly, of {among}'}"
+    among = "evenly chosen" if shown < with_chaos else "those"
+    if with_chaos < every:
+        among += f"{f' of the {with_chaos}' if shown < with_chaos else ''} with $\\geq {LEAST}$ starts beyond $t_0$"
+    return f", {shown} of {every} points:\n{among}"
 
 
 def _draw(axes: Axes, result: Result, where: tuple[int, ...], colour: str) -> None:
