@@ -13,8 +13,8 @@ from quavsweep.grid import Tile
 from quavsweep.kernels.layout import FEWEST_LANES
 from quavsweep.plan import Plan
 
-TILE_SECONDS = 4.0  # estimated time of a tile: what a kill can lose, against overhead (2 s: 3.1 %, 4 s: 1.8 %)
-FEWEST_TILES = 32  # so that workers end together
+TILE_SECONDS = 8.0  # estimated time of a tile without early ends: what a kill can lose, against overhead (57 s with 4, 48 s)
+FEWEST_TILES = 16  # so that workers end together
 ALIKE = 4  # tiles come in fours of nearly equal size, so that two or four workers end together where cells cost alike
 TILE_MULTIPLE = 32  # whole groups of lanes
 LARGEST_TILE = 65536

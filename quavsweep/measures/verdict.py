@@ -14,7 +14,7 @@ from quavsweep.models import Model
 class Verdict(Measure):
     """Growth of one tangent vector beyond the end of the run, for cells without a certificate; nothing else of it."""
 
-    batches: int = Field(default=128, ge=8, le=4096, description="batches over which the growth is recorded")
+    batches: int = Field(default=256, ge=8, le=4096, description="batches over which the growth is recorded")
 
     @property
     def evidence(self) -> tuple[Variable, ...]:
