@@ -56,9 +56,17 @@ def look(
         ends = {Certificate.SINK: Status.ENDED_SINK, Certificate.CYCLE: Status.ENDED_CYCLE}
         for proof, status in ends.items():
             proved = ~diverged & (certificate[alive] == proof)
+            if proof == Certificate.CYCLE:
+                proved &= _sampled(plan, evidence, alive)
             evidence["status"][alive[proved]] = status
             ended |= proved
     return ended
+
+
+def _sampled(plan: Plan, evidence: Evidence, alive: np.ndarray) -> np.ndarray:
+    """Return which cells have all samples that they are to have, (m,) bool: of a cycle they are more than a point."""
+    samples = plan.sweep.measures.samples
+    return np.ones(alive.size, dtype=bool) if samples is None else evidence["sample_count"][alive] >= samples.max
 
 
 def _breakdowns(plan: Plan, evidence: Evidence, alive: np.ndarray, grown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

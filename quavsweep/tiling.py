@@ -13,7 +13,7 @@ from quavsweep.grid import Tile
 from quavsweep.kernels.layout import FEWEST_LANES
 from quavsweep.plan import Plan
 
-TILE_SECONDS = 8.0  # estimated time of a tile without early ends: what a kill can lose, against overhead (57 s with 4, 48 s)
+TILE_SECONDS = 8.0  # estimated, without early ends: what a kill can lose, against overhead (57 s with 4, 48 s with 8)
 FEWEST_TILES = 16  # so that workers end together
 ALIKE = 4  # tiles come in fours of nearly equal size, so that two or four workers end together where cells cost alike
 TILE_MULTIPLE = 32  # whole groups of lanes

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quavsweep.codes import Region
+from quavsweep.codes import Region, Status
 from quavsweep.config import parse_sweep
 from quavsweep.errors import ConfigError, IdentityError, StoppedError
 from quavsweep.grid import Tile
@@ -66,6 +66,14 @@ def test_measures_that_look_to_the_end_look_on(measure: str, sizes: dict[str, in
     run_sweep(parse_sweep(text), tmp_path / "short")
     extended = extend_sweep(tmp_path / "short", 900)
     assert extended.read_bytes() == run_sweep(parse_sweep(_longer(text, 900)), tmp_path / "long").read_bytes()
+
+
+def test_cycles_end_with_their_samples(tmp_path: Path) -> None:
+    result = open_result(run_sweep(parse_sweep(YAW), tmp_path))
+    ended = result["status"] == Status.ENDED_CYCLE
+    assert ended.any()
+    assert (result["sample_count"][ended] >= 30).all()
+    assert (result["time_used"][ended] < 800).any()
 
 
 def test_effort_keeps_the_shape_of_an_orbit_and_is_raised_by_an_extension(tmp_path: Path) -> None:
