@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from benchmarks import accuracy, dimension, kernel, package, resources, sweep
 from benchmarks.row import Row
+from benchmarks.selection import named
 
 ROWS: tuple[Row, ...] = (*kernel.ROWS, *package.ROWS, *accuracy.ROWS, *dimension.ROWS, *sweep.ROWS, *resources.ROWS)
 SUITES = tuple(dict.fromkeys(row.suite for row in ROWS))
@@ -19,12 +20,7 @@ def select(names: Sequence[str]) -> list[Row]:
     KeyError
         With the first name that is neither.
     """
-    chosen = {row.key for row in ROWS if not names}
-    for name in names:
-        keys = {row.key for row in ROWS if name in (row.suite, row.key) or row.key.startswith(f"{name}-")}
-        if not keys:
-            raise KeyError(name)
-        chosen |= keys
+    chosen = named(names, {row.key: (row.suite,) for row in ROWS})
     chosen |= {row.needs for row in ROWS if row.key in chosen and row.needs}
     return [row for row in ROWS if row.key in chosen]
 

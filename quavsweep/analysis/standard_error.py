@@ -35,11 +35,6 @@ class Noise:
         return np.asarray(np.sqrt((self.lasting + self.bounded * 2.0 / n) / n))
 
 
-def standard_error(series: np.ndarray) -> np.ndarray:
-    """Return the standard error of the mean of each series, (...); infinite for fewer than eight values."""
-    return noise_of(series).error(series.shape[-1])
-
-
 def noise_of(series: np.ndarray) -> Noise:
     """Return what the means of series scatter by.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from benchmarks.selection import named
 from tests.truth import (
     certificate,
     coverage,
@@ -44,12 +45,7 @@ def select(names: Sequence[str]) -> list[Row]:
     KeyError
         With the first name that is none.
     """
-    chosen = {row.key for row in ROWS if not names}
-    for name in names:
-        keys = {row.key for row in ROWS if row.key == name or row.key.startswith(f"{name}-")}
-        if not keys:
-            raise KeyError(name)
-        chosen |= keys
+    chosen = named(names, {row.key: () for row in ROWS})
     return [row for row in ROWS if row.key in chosen]
 
 
