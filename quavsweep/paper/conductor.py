@@ -13,12 +13,13 @@ from pathlib import Path
 from quavsweep.errors import ConfigError, DiskError, IdentityError, LockedError, QuavsweepError, StoppedError
 from quavsweep.paper.catalogue import ITEMS
 from quavsweep.paper.item import Item
-from quavsweep.paper.outcome import Outcome, analysed
+from quavsweep.paper.outcome import Outcome, analysed, heading
 from quavsweep.paper.printed import read_printed
 from quavsweep.paper.report import write_report
 from quavsweep.paper.run import Runs, Show, unseen
 from quavsweep.paper.thumbnail import CHANGES
 from quavsweep.plot import save_figure
+from quavsweep.plot.contact_sheet import make_contact_sheet
 from quavsweep.plot.style import style
 from quavsweep.store import publish_bytes
 
@@ -96,9 +97,19 @@ def reproduce_paper(
         if outcomes[-1].error:
             tell(f"{item.name} failed: {outcomes[-1].error}")
         runs.forget()
+    _draw_overview(out, outcomes)
     write_report(out, outcomes, quick)
     _publish(out / MARK, {"quick": quick, "seconds": seconds})
     return Reproduction(out, tuple(outcomes))
+
+
+def _draw_overview(out: Path, outcomes: Sequence[Outcome]) -> None:
+    """Draw all figures small on one sheet."""
+    pictures = [(heading(outcome.item.name), out / outcome.figure) for outcome in outcomes if outcome.figure]
+    if pictures:
+        with style():
+            sheet = make_contact_sheet(pictures)
+        save_figure(sheet, out / "figures" / "overview.png")
 
 
 def _chosen(only: Sequence[str]) -> list[Item]:

@@ -64,3 +64,9 @@ def analysed(item: Item, runs: Runs) -> Findings:
         odd = ", ".join(sorted(keys ^ known))
         raise QuavsweepError(f"computed and printed quantities differ: {odd}", item.name)
     return findings
+
+
+def heading(name: str) -> str:
+    """Return what an item is called: `Figure 3` for `figure_03`."""
+    words = name.replace("_", " ").split()
+    return " ".join(str(int(word)) if word.isdigit() else word for word in words).capitalize()

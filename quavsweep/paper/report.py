@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from quavsweep.paper.item import Table
-from quavsweep.paper.outcome import Outcome
+from quavsweep.paper.outcome import Outcome, heading
 from quavsweep.paper.row import ERRORS, Row, Verdict
 from quavsweep.store import publish_bytes
 
@@ -65,7 +65,7 @@ def _summary(outcome: Outcome) -> tuple[str, ...]:
 def _section(outcome: Outcome) -> Iterator[str]:
     """Yield what the report says of an item."""
     item = outcome.item
-    yield f'## <a id="{item.name}"></a>{_heading(item.name)}'
+    yield f'## <a id="{item.name}"></a>{heading(item.name)}'
     yield ""
     if outcome.error:
         yield f"**Failed: {outcome.error}** (`failed/{item.name}.txt`)"
@@ -84,11 +84,6 @@ def _section(outcome: Outcome) -> Iterator[str]:
         yield f"{table.title}:"
         yield ""
         yield from _table(table)
-
-
-def _heading(name: str) -> str:
-    words = name.replace("_", " ").split()
-    return " ".join(str(int(word)) if word.isdigit() else word for word in words).capitalize()
 
 
 def _table(table: Table) -> Iterator[str]:
