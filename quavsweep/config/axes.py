@@ -13,7 +13,7 @@ from quavsweep.config.place import Keys, Place
 from quavsweep.config.schema import ENSEMBLE, AnyAxis, AxisSection, Config, EnsembleSection, ValuesSection
 from quavsweep.config.zipped import AXES, check_zipped, given_values, is_list, is_zipped, make_zipped
 from quavsweep.grid import Axis, Grid
-from quavsweep.models import Model
+from quavsweep.models import Model, Parameter, State
 
 MAX_CELLS = 10**12
 EITHER = "an axis is {start, stop, num} or {values}, or {zip} of several quantities"
@@ -116,7 +116,9 @@ def _check_points(axis: Keys, values: tuple[float, ...], section: ValuesSection,
 
 
 def check_domains(model: Model, fixed: Mapping[str, float], config: Config, grid: Grid, place: Place) -> None:
-    """Refuse parameters outside the domain in which the model makes sense.
+    """Refuse parameters and initial states outside the domain in which the model makes sense.
+
+    `fixed` has the values of parameters that do not vary.
 
     Raises
     ------
@@ -124,21 +126,26 @@ def check_domains(model: Model, fixed: Mapping[str, float], config: Config, grid
         For the first of them.
     """
     varied = {name: np.asarray(values) for axis in grid.axes for name, values in axis.quantities.items()}
-    for parameter in model.parameters:
-        values = varied.get(parameter.name, np.array([fixed.get(parameter.name, parameter.default)]))
-        outside = np.flatnonzero(~np.asarray(parameter.admits(values)))
+    given = {**model.defaults, **fixed, **config.initial}
+    quantities: list[Parameter | State] = [*model.parameters, *model.states]
+    for quantity in quantities:
+        name = quantity.name
+        values = varied[name] if name in varied else np.array([given[name]])
+        outside = np.flatnonzero(~np.asarray(quantity.admits(values)))
         if outside.size:
-            keys, value = _origin(parameter.name, int(outside[0]), config, float(values[outside[0]]))
-            what = f"{value:g} {parameter.unit} is outside the domain".replace(" 1 is", " is")
-            raise place.error(keys, what, f"it must be {parameter.domain}")
+            keys, value = _origin(name, int(outside[0]), config, float(values[outside[0]]))
+            what = f"{value:.10g} {quantity.unit} is outside the domain".replace(" 1 is", " is")
+            raise place.error(keys, what, f"it must be {quantity.domain}")
 
 
 def _origin(name: str, index: int, config: Config, value: float) -> tuple[Keys, Any]:
-    """Return the key that makes a parameter's value what it is, and what it says."""
+    """Return the key that makes the value of a parameter or initial state what it is, and what it says."""
     keys = config.varied.get(name)
     if keys is None:
-        return ("parameters", name), value
-    section = given_values(config)[keys]
+        return ("initial" if name in config.initial else "parameters", name), value
+    section = given_values(config).get(keys)
+    if section is None:  # drawn from a box
+        return keys, value
     if section.values is not None:
         return (*keys, *(() if is_list(keys, config) else ("values",)), index), value
     return ((*keys, "start"), value) if index == 0 else ((*keys, "stop"), section.stop)

@@ -30,7 +30,7 @@ def power_at(result: Result, u: np.ndarray, name: str = POWER) -> np.ndarray:
     (axis,) = sweep.grid.axes
     ones = (1,) * (u.ndim - 2)
     varied = {name: np.asarray(values).reshape(-1, *ones) for name, values in axis.quantities.items()}
-    return observe(sweep.model, (name,), u, {**sweep.parameters, **varied})[..., 0]
+    return np.asarray(observe(sweep.model, (name,), u, {**sweep.parameters, **varied})[..., 0])
 
 
 def equilibrium_power(seen: Result) -> float:

@@ -34,8 +34,8 @@ def draw(runs: Runs, findings: Findings) -> Figure:
 
 FIGURE = Item(
     NAME,
-    "Regions over rotor speed and speed difference from (0.001, 0.001, 0.001) rad/s, at 4,000 s and in the end, and the "
-    "mean lifetime of chaos from 256 starts",
+    "Regions over rotor speed and speed difference from (0.001, 0.001, 0.001) rad/s, at 4,000 s and in the end, and "
+    "the mean lifetime of chaos from 256 starts",
     analyse,
     draw,
     (NAME, "lifetime_map"),

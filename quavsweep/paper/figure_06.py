@@ -50,8 +50,8 @@ def analyse(runs: Runs) -> Findings:
     )
     ends = hovering_speed(np.array([said.high, said.low]), MASS, GRAVITY, LIFT)
     text = (
-        f"The paper's stretch of c is Omega1 = {ends[0]:.2f} to {ends[1]:.2f} rad/s on the curve, while the speeds that "
-        f"it names beside it are those of the whole curve. {_told(line.regions)}"
+        f"The paper's stretch of c is Omega1 = {ends[0]:.2f} to {ends[1]:.2f} rad/s on the curve, while the speeds "
+        f"that it names beside it are those of the whole curve. {_told(line.regions)}"
     )
     return Findings(computed, data=line.strips([said]), tables=tables, text=text)
 
@@ -69,8 +69,8 @@ def draw(runs: Runs, findings: Findings) -> Figure:
 
 FIGURE = Item(
     "figure_06",
-    "Hovering: rotor speed over speed difference, regions along the curve at 4,000 s and in the end, and the curve over "
-    "Figure 5",
+    "Hovering: rotor speed over speed difference, regions along the curve at 4,000 s and in the end, and the curve "
+    "over Figure 5",
     analyse,
     draw,
     (NAME, PLANE),

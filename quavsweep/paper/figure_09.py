@@ -1,4 +1,4 @@
-"""Figure 9: regions over rotor speed and moment of inertia, at 4,000 s and in the end, and hovering along the latter."""
+"""Figure 9: regions over rotor speed and moment of inertia at 4,000 s and in the end, and hovering along the latter."""
 
 from __future__ import annotations
 
@@ -80,8 +80,8 @@ def draw(runs: Runs, findings: Findings) -> Figure:
 
 FIGURE = Item(
     NAME,
-    "Regions over rotor speed and moment of inertia from (0.001, 0.001, 0.001) rad/s, at 4,000 s and in the end; below, "
-    "hovering with c = 5 rad/s",
+    "Regions over rotor speed and moment of inertia from (0.001, 0.001, 0.001) rad/s, at 4,000 s and in the end; "
+    "below, hovering with c = 5 rad/s",
     analyse,
     draw,
     (NAME, LINE),

@@ -28,8 +28,8 @@ def draw(runs: Runs, findings: Findings) -> Figure:
 
 FIGURE = Item(
     NAME,
-    "Maxima of the roll rate, and the Casimir power there, over the rotor speed with Ix = 0.004 kg m2; on top the regions "
-    "at 4,000 s and in the end",
+    "Maxima of the roll rate, and the Casimir power there, over the rotor speed with Ix = 0.004 kg m2; on top the "
+    "regions at 4,000 s and in the end",
     analyse,
     draw,
     (NAME,),
