@@ -101,7 +101,7 @@ def shares(line: Line, intervals: Sequence[Interval], title: str) -> Table:
             own = region[inside]
             most = Region(int(np.bincount(own, minlength=len(REGION)).argmax())) if own.size else Region.NONE
             share = np.count_nonzero(own == interval.region) / max(own.size, 1)
-            row.append(f"{share:.0%} of {own.size}" + (f"; most are {REGION[most].meaning}" * (share < 0.5)))
+            row.append(f"{share:.0%} of {own.size}" + (f"; most are {REGION[most].meaning}" * bool(share < 0.5)))
         rows.append(row)
     return Table(title, ("interval", "paper", *(f"computed at {_plain(time)}" for time in line.regions)), rows)
 
