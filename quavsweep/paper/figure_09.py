@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 NAME, LINE = "figure_09", "hover_ix"
 UNIT = "kg m2"
+LABEL = "hovering at c = 5 rad/s"
 SLIP = 100.0  # between the exponents that are printed and those of a rigid body
 
 
@@ -74,8 +75,8 @@ def draw(runs: Runs, findings: Findings) -> Figure:
     seen, end, line = runs.result(NAME, HORIZON), runs[NAME], runs[LINE]
     speed = line.sweep.parameters["Omega1"]
     ends = np.asarray(end.sweep.grid.axes[1].values)[[0, -1]]
-    hovering = Curve("hovering with $c = 5$ rad/s", (np.column_stack([[speed, speed], ends]),))
-    return make_twice_figure((seen, end), [hovering], strips=(line, findings.data))
+    hovering = Curve(LABEL, (np.column_stack([[speed, speed], ends]),))
+    return make_twice_figure((seen, end), [hovering], strips=(line, findings.data, f"region {LABEL}"))
 
 
 FIGURE = Item(

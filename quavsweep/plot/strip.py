@@ -31,5 +31,5 @@ def draw_strips(axes: Axes, positions: np.ndarray, strips: Strips) -> None:
 
 def strip_handles(strips: Strips) -> list[Artist]:
     """Return a legend's patches for the regions that are present."""
-    regions = np.concatenate(list(strips.values()))
-    return code_handles(regions, REGION, np.zeros(regions.shape, dtype=bool))[: len(REGION)] if regions.size else []
+    regions = np.concatenate([region[region != Region.NONE] for region in strips.values()])
+    return code_handles(regions, REGION, np.zeros(regions.shape, dtype=bool))

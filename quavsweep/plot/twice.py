@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from quavsweep.plot.along import drawn_axes
 from quavsweep.plot.catalogue import Catalogue
-from quavsweep.plot.code import code_handles, mask_handles
+from quavsweep.plot.code import code_handles
 from quavsweep.plot.colour import choose_scale
 from quavsweep.plot.legend import legend_height, legend_outside
-from quavsweep.plot.map import draw_bar, draw_map
+from quavsweep.plot.map import draw_bar, draw_map, number_handles
 from quavsweep.plot.overlay import Curve, draw_curves
 from quavsweep.plot.scale import drawn_range, set_scale
 from quavsweep.plot.strip import HEIGHT, Strips, draw_strips
@@ -39,7 +39,7 @@ def make_twice_figure(
     results: Sequence[Result],
     curves: Sequence[Curve] = (),
     lifetime: Result | None = None,
-    strips: tuple[Result, Strips] | None = None,
+    strips: tuple[Result, Strips, str] | None = None,
 ) -> Figure:
     """Return maps of the region of some results over one plane, a map of lifetimes, and strips over another line.
 
@@ -51,15 +51,15 @@ def make_twice_figure(
         Drawn over each map.
     lifetime : Result, optional
         Over the parameter points of an ensemble.
-    strips : (Result, dict), optional
-        A sweep with one axis, and what is told of its regions.
+    strips : (Result, dict, str), optional
+        A sweep with one axis, what is told of its regions, and the title of that.
     """
     quantities = [Catalogue(result).find("region") for result in results]
     values, todo = (np.concatenate([getattr(q, name).ravel() for q in quantities]) for name in ("values", "todo"))
     above, below = code_handles(values, quantities[0].codes, todo), [curve.handle for curve in curves]
     if lifetime is not None:
         mean = Catalogue(lifetime).find("lifetime")
-        above += mask_handles(mean.todo, mean.void & ~np.isfinite(_bound(mean.bound, mean.void)))
+        above += number_handles(mean)
     columns = len(results) + (lifetime is not None)
     rows = [MAP_HEIGHT[columns], *([HEIGHT * len(strips[1]) + FOOT] if strips else [])]
     height = sum(rows) + legend_height(above, PAGE) + legend_height(below, PAGE)
@@ -73,15 +73,13 @@ def make_twice_figure(
         axes, scale = figure.add_subplot(grid[0, -1]), choose_scale([mean], None)
         draw_bar(figure, draw_map(axes, lifetime, mean, scale), [axes], mean, scale)
         _finish(axes, columns - 1, f"({chr(96 + columns)}) mean lifetime of chaos", curves)
+        axes.set(xlim=figure.axes[0].get_xlim(), ylim=figure.axes[0].get_ylim())
     if strips:
-        _draw_line(figure.add_subplot(grid[1, :]), *strips, f"({chr(97 + columns)})")
+        line, rows_of_it, title = strips
+        _draw_line(figure.add_subplot(grid[1, :]), line, rows_of_it, f"({chr(97 + columns)}) {title}")
     legend_outside(figure, above, "upper")
     legend_outside(figure, below, "lower")
     return figure
-
-
-def _bound(bound: np.ndarray | None, like: np.ndarray) -> np.ndarray:
-    return np.full(like.shape, np.nan) if bound is None else bound
 
 
 def _finish(axes: Axes, column: int, title: str, curves: Sequence[Curve]) -> None:
@@ -93,11 +91,11 @@ def _finish(axes: Axes, column: int, title: str, curves: Sequence[Curve]) -> Non
         axes.tick_params(labelleft=False)
 
 
-def _draw_line(axes: Axes, result: Result, strips: Strips, letter: str) -> None:
+def _draw_line(axes: Axes, result: Result, strips: Strips, title: str) -> None:
     """Draw the strips of a sweep along its only axis."""
     (axis,) = drawn_axes(result.sweep)
     order = np.argsort(axis.values)
     draw_strips(axes, np.asarray(axis.values)[order], {name: region[order] for name, region in strips.items()})
     axes.set_xlim(*drawn_range(axis))
     set_scale(axes.xaxis, result.sweep.model, axis)
-    axes.set_title(letter, loc="left")
+    axes.set_title(title)
