@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from quavsweep.analysis.quadrotor.hovering import hovering_speed, thrust
+from quavsweep.analysis.quadrotor.hovering import hovering_speed, hovering_stretch, thrust
 from quavsweep.analysis.stretch import best_interval
 from quavsweep.codes import Region
 from quavsweep.paper.hover import GRAVITY, LIFT, MASS
@@ -49,15 +50,17 @@ def analyse(runs: Runs) -> Findings:
         chaotic_stretches(line, "Stretches of the curve that are chaotic, in c", UNIT),
     )
     ends = hovering_speed(np.array([said.high, said.low]), MASS, GRAVITY, LIFT)
+    stretch = hovering_stretch((3.0, 7.0), (printed["curve.low"], printed["curve.high"]), MASS, GRAVITY, LIFT)
+    assert stretch is not None
     text = (
-        f"The paper's stretch of c is Omega1 = {ends[0]:.2f} to {ends[1]:.2f} rad/s on the curve, while the speeds "
-        f"that it names beside it are those of the whole curve. {_told(line.regions)}"
+        f"The paper's stretch of c is Omega1 = {ends[0]:.2f} to {ends[1]:.2f} rad/s on the curve; the speeds that it "
+        f"names beside it are c = {stretch[0]:.2f} to {stretch[1]:.2f} rad/s. {_told(line.regions)}"
     )
     return Findings(computed, data=line.strips([said]), tables=tables, text=text)
 
 
-def _told(regions: object) -> str:
-    assert isinstance(regions, dict)
+def _told(regions: Mapping[str, np.ndarray]) -> str:
+    """Return how much of the curve is chaotic at each time."""
     parts = [f"{np.mean(r == Region.CHAOS):.1%} at {t.split(' ')[0]} s" for t, r in regions.items()]
     return f"Of the whole curve, {' and '.join(parts)} are chaotic."
 

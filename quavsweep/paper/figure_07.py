@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from quavsweep.analysis.stretch import best_border
+from quavsweep.analysis.stretch import best_border, stretches
 from quavsweep.codes import REGION, Region
 from quavsweep.paper.diagram import draw_diagram, equilibrium_power
 from quavsweep.paper.interval import HORIZON, Interval, Line, border, chaotic_stretches, line_of, shares
@@ -41,6 +41,8 @@ def analyse(runs: Runs) -> Findings:
         "sink.100": Computed(_sink(seen, 100.0)),
         "power": Computed("zero" if equilibrium_power(seen) < ZERO else "not zero", note="at the sinks, to round-off"),
     }
+    found = computed["sink.end"]
+    computed["sink.end"] = Computed(found.value, found.error, f"{found.note}; {_second(seen)}")
     tables = (
         shares(line, intervals, "The paper's intervals of Omega1 [rad/s]"),
         chaotic_stretches(line, "Chaotic stretches of Omega1", "rad/s"),
@@ -65,6 +67,14 @@ def _change(seen: Result, sinks: Interval) -> float:
     k = best_border(p[inside] > 0, p[inside] < 0)
     own = speed[inside]
     return float(own[max(k - 1, 0) : k + 1].mean())
+
+
+def _second(seen: Result) -> str:
+    """Return over which speeds the orbit comes to the sink with p < 0 without exception, in words."""
+    second = (seen["region"] == Region.SINK) & (seen["equilibrium"][:, 0] < 0)
+    runs = [seen["Omega1"][[a, b]] for a, b in stretches(second, gap=0)]
+    low, high = max(runs, key=np.ptp) if runs else (np.nan, np.nan)
+    return f"every orbit from {low:g} to {high:g} rad/s comes to E3"
 
 
 def _sink(seen: Result, speed: float) -> str:

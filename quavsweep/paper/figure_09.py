@@ -76,7 +76,7 @@ def draw(runs: Runs, findings: Findings) -> Figure:
     speed = line.sweep.parameters["Omega1"]
     ends = np.asarray(end.sweep.grid.axes[1].values)[[0, -1]]
     hovering = Curve(LABEL, (np.column_stack([[speed, speed], ends]),))
-    return make_twice_figure((seen, end), [hovering], strips=(line, findings.data, f"region {LABEL}"))
+    return make_twice_figure((seen, end), [hovering], strips=(line, findings.data, LABEL))
 
 
 FIGURE = Item(
