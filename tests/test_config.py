@@ -16,7 +16,7 @@ from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
 from quavsweep.errors import ConfigError
 from tests.conftest import LORENZ, YAW
 
-CONFIGS = sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))
+CONFIGS = sorted((Path(__file__).parent.parent / "configs").rglob("*.yaml"))
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colorbar import Colorbar
@@ -13,6 +14,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from quavsweep.plot.along import drawn_axes
 from quavsweep.plot.catalogue import Catalogue
 from quavsweep.plot.code import VOID, code_handles, mask_handles
 from quavsweep.plot.colour import ColourScale, Limits, choose_scale
@@ -67,12 +69,17 @@ def draw_panel(
     if quantity.codes:
         legend_above(axes, code_handles(quantity.values, quantity.codes, quantity.todo), WIDTH)
         return
+    legend_above(axes, number_handles(quantity), WIDTH, title=quantity.label() if quantity.empty else "")
+    if not quantity.empty:
+        draw_bar(figure, mesh, [axes], quantity, scale)
+
+
+def number_handles(quantity: Quantity) -> list[Artist]:
+    """Return a legend's entries for cells of a map of numbers that have none, or a bound alone."""
     handles = mask_handles(quantity.todo, quantity.void)
     if quantity.bounded:
         handles.append(Line2D([], [], ls="", marker=".", ms=4, mew=0.3, mec="white", color="black", label="at least"))
-    legend_above(axes, handles, WIDTH, title=quantity.label() if quantity.empty else "")
-    if not quantity.empty:
-        draw_bar(figure, mesh, [axes], quantity, scale)
+    return handles
 
 
 def draw_map(axes: Axes, result: Result, quantity: Quantity, scale: ColourScale) -> QuadMesh:
@@ -80,7 +87,7 @@ def draw_map(axes: Axes, result: Result, quantity: Quantity, scale: ColourScale)
 
     Cells that are not computed are hatched, cells without a number dark grey.
     """
-    across, up = result.sweep.grid.axes
+    across, up = drawn_axes(result.sweep)
     order = np.ix_(np.argsort(across.values), np.argsort(up.values))
     bound = np.full(quantity.todo.shape, np.nan) if quantity.bound is None else quantity.bound
     bounded = np.isfinite(bound)
