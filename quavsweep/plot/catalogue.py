@@ -155,7 +155,9 @@ class Catalogue:
     def _unknown(self, name: str) -> ConfigError:
         keys = {variable: self._keys(variable) for variable in self.names}
         every = [*keys, *(f"{variable}.{key}" for variable, of in keys.items() for key in of)]
-        listed = ", ".join(variable + _listed(of) for variable, of in keys.items())
+        listed = ", ".join(variable + _listed(self._stored_keys(variable)) for variable in keys)
+        if observables := self.result.sweep.model.observable_names:
+            listed += f"; of states also {', '.join(f'.{o}' for o in observables)}"
         return ConfigError(f"no variable {name} to draw{nearest(name, every)}", possible=f"possible are {listed}")
 
     def _component(self, variable: str, index: int) -> Quantity:
