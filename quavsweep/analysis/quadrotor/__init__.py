@@ -1,0 +1,1 @@
+"""What is known of the quadrotor's attitude in closed form, and measures of its energy."""
