@@ -150,7 +150,7 @@ def all_equilibria(model: Model, program: Program, coefficients: np.ndarray, box
     box : (D, 2) float64
     """
     budget = BUDGET if program.dimension <= FEW else BUDGET_OF_MANY
-    zeros = enclose_equilibria(program, coefficients, *box.T, budget)
+    zeros = enclose_equilibria(program, coefficients, box[:, 0], box[:, 1], budget)
     found = []
     for k in range(coefficients.shape[1]):
         states = _tidy(model, zeros.states[zeros.system == k])

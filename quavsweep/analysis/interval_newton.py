@@ -149,9 +149,9 @@ def _narrowed(program: Program, coefficients: np.ndarray, boxes: _Boxes) -> tupl
             boxes = boxes[_gauss_seidel(program, coefficients, boxes)]
         wide = boxes.wider()
         low, high = _krawczyk(program, coefficients, wide)
-        unique = ((low > wide.low) & (high < wide.high)).all(axis=1)
+        unique = np.asarray(((low > wide.low) & (high < wide.high)).all(axis=1))
         low, high = np.maximum(low, boxes.low), np.minimum(high, boxes.high)
-        empty = (low > high).any(axis=1) & ~unique
+        empty = np.asarray((low > high).any(axis=1)) & ~unique
         low, high = np.where(unique[:, None], wide.low, low), np.where(unique[:, None], wide.high, high)
         return _Boxes(boxes.system, low, high)[~empty], unique[~empty]
 
@@ -171,7 +171,7 @@ def _may_vanish(program: Program, coefficients: np.ndarray, boxes: _Boxes) -> np
     """Return whether all derivatives may be zero in each box."""
     names = program.names(_enclosure(boxes), list(coefficients[:, boxes.system]))
     values = [_everywhere(value, len(boxes)) for value in program.evaluate(program.rhs, names, VALUES)]
-    return np.logical_and.reduce([(value.low <= 0) & (value.high >= 0) for value in values])
+    return np.asarray(np.logical_and.reduce([(value.low <= 0) & (value.high >= 0) for value in values]))
 
 
 def _expansion(

@@ -26,7 +26,9 @@ from typing import Any
 
 import numpy as np
 
-Parameters = Mapping[str, Any]  # of `quadrotor_yaw` by name, floats or arrays that broadcast
+from quavsweep.analysis.interval import Interval
+
+Parameters = Mapping[str, Any]  # of `quadrotor_yaw` by name: floats, arrays that broadcast, or intervals
 NAMES = ("E1", "E2", "E3", "E4", "E5")  # as in equations (17)
 
 
@@ -57,13 +59,14 @@ class Pair:
 def resting_rate(parameters: Parameters) -> Any:
     """Return r of E1 [rad/s], a15 of equations (18): the yaw rate at which drag balances the rotors' torque."""
     k = parameters
-    return 2 * k["d"] * (k["c"] ** 2 + 2 * k["c"] * k["Omega1"]) / k["k6"]
+    return 2 * k["d"] * (k["c"] * k["c"] + 2 * k["c"] * k["Omega1"]) / k["k6"]
 
 
 def discriminant(parameters: Parameters) -> Any:
     """Return a2^2 of equations (18); the side equilibria have real r where it is not negative."""
     k = parameters
-    return ((k["Ix"] - k["Iy"]) * k["Ir"] * k["c"]) ** 2 - _a1(k) * k["k4"] * k["k5"]
+    a3 = (k["Ix"] - k["Iy"]) * k["Ir"] * k["c"]
+    return a3 * a3 - _a1(k) * k["k4"] * k["k5"]
 
 
 def pair(parameters: Parameters, sign: int) -> Pair:
@@ -74,7 +77,7 @@ def pair(parameters: Parameters, sign: int) -> Pair:
     """
     k = parameters
     with np.errstate(invalid="ignore", divide="ignore"):
-        root = np.sqrt(discriminant(k))
+        root = _root(discriminant(k))
         r = ((k["Ix"] + k["Iy"] - 2 * k["Iz"]) * k["Ir"] * k["c"] + sign * root) / _a1(k)
         twice = 2 * k["c"] * k["Ir"]
         sigma = ((k["Iy"] - k["Iz"]) * r - twice) / k["k4"]
@@ -109,7 +112,7 @@ def pitchfork_speed(parameters: Parameters, sign: int = -1) -> Any:
     """Return Omega1 [rad/s] at which a pair leaves E1: where T = k6 r; its own value of Omega1 is not read."""
     k = parameters
     r = pair({**k, "Omega1": 0.0}, sign).r
-    return (k["k6"] * r / (2 * k["d"]) - k["c"] ** 2) / (2 * k["c"])
+    return (k["k6"] * r / (2 * k["d"]) - k["c"] * k["c"]) / (2 * k["c"])
 
 
 def hopf_factor(parameters: Parameters, sign: int = -1) -> Any:
@@ -122,7 +125,7 @@ def hopf_factor(parameters: Parameters, sign: int = -1) -> Any:
     sigma = pair(k, sign).sigma
     roll = (k["Iy"] - k["Iz"]) * k["Iy"] * (x - y + z)
     pitch = (k["Iz"] - k["Ix"]) * k["Ix"] * (y + z - x)
-    return (k["Iy"] - k["Ix"]) * (roll + pitch * sigma**2)
+    return (k["Iy"] - k["Ix"]) * (roll + pitch * sigma * sigma)
 
 
 def damping_factor(parameters: Parameters, sign: int = -1) -> Any:
@@ -131,6 +134,10 @@ def damping_factor(parameters: Parameters, sign: int = -1) -> Any:
     found = pair(k, sign)
     a, c, e = k["Iy"] - k["Iz"], k["Iz"] - k["Ix"], k["Ix"] - k["Iy"]
     return -2 * e * found.sigma * (2 * a * c * found.r + 2 * k["c"] * k["Ir"] * (a - c))
+
+
+def _root(x: Any) -> Any:
+    return x.sqrt() if isinstance(x, Interval) else np.sqrt(x)
 
 
 def _a1(k: Parameters) -> Any:
