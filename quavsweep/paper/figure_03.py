@@ -68,13 +68,13 @@ def _analyse(runs: Runs) -> Findings:
 
 def _text(value: float, closed: float, apart: float, margins: Mapping[str, Margins]) -> str:
     """Return what was found beside the rows."""
-    proved = [name for name, margin in margins.items() if margin.holds]
+    proved = " and ".join(name for name, margin in margins.items() if margin.holds)
     return (
         f"The closed form of the pitchfork gives {closed:.9f} rad/s, {abs(closed - value):.1e} from what is found by "
-        f"following branches; along the curve the two differ by {apart:.1e} rad/s at most. "
-        f"By closed forms over intervals E1 is a saddle and the side equilibria are stable in the whole planes of "
-        f"Figures {' and '.join(proved)}: no pitchfork and no Hopf bifurcation crosses them. The side equilibria of the "
-        f"text, E2 and E3, are those that equations (17) call E4 and E5."
+        f"following branches; along the curve the two differ by {apart:.1e} rad/s at most. By closed forms over "
+        f"intervals E1 is a saddle and the side equilibria are stable in the whole planes of Figures {proved}: no "
+        "pitchfork and no Hopf bifurcation crosses them. The side equilibria of the text, E2 and E3, are those that "
+        "equations (17) call E4 and E5."
     )
 
 

@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 
 from quavsweep.analysis.equilibrium_search import find_equilibria
-from quavsweep.analysis.quadrotor.closed_form import closed_form_equilibria, sign_condition
+from quavsweep.analysis.quadrotor.closed_form import closed_form_equilibria, discriminant, pair, sign_condition
 from quavsweep.models import load_model
 from quavsweep.paper.item import Findings, Item, Table
 from quavsweep.paper.row import Computed
@@ -57,6 +57,8 @@ def _analyse(runs: Runs) -> Findings:
     }
     rows = {sign_condition({**MODEL.defaults, "Omega1": speed})[0] for speed in SPEEDS}
     computed["five"] = Computed("occurs" if "+ + +" in rows else "does not occur")
+    computed["side.names"] = Computed(", ".join(sign_condition(MODEL.defaults)[1][1:]))
+    computed["a5.factor"] = Computed(_factor_of_a5(MODEL.defaults))
     table = Table(
         "Rows of Table 1 among random crafts, and in how many the search found just these equilibria",
         ("signs of a2^2, a13^2, a14^2", "equilibria", "crafts", "confirmed"),
@@ -69,6 +71,17 @@ def _analyse(runs: Runs) -> Findings:
         "other k6 r < T. Five equilibria need an Iz that is the least or the largest, and little drag."
     )
     return Findings(computed, tables=[table], text=text)
+
+
+def _factor_of_a5(k: dict[str, float]) -> float:
+    """Return by what (Ix - Iy) (Ir c)^2 k6 is to be multiplied so that a14^2 of equations (18) is q^2 of E4."""
+    roll, yaw, spin = k["Ix"] - k["Iy"], k["Iy"] - k["Iz"], k["Ir"] * k["c"]
+    a2 = float(np.sqrt(discriminant(k)))
+    torque = 2.0 * k["d"] * (k["c"] ** 2 + 2.0 * k["c"] * k["Omega1"])
+    a6_a7, a9_a10, a8 = roll * yaw * spin * torque, yaw * a2 * torque, 2.0 * a2 * k["k6"] * spin
+    a11, a12 = yaw * k["k4"] * k["k5"] * k["k6"], roll * yaw**2 * k["k5"]
+    rest = a6_a7 + a8 - a9_a10 + a11 - a12 * float(pair(k, -1).q_squared)
+    return rest / (roll * spin**2 * k["k6"])
 
 
 FIGURE = Item(name="table_1", title="Numbers of equilibria by sign conditions", analyse=_analyse)

@@ -18,9 +18,10 @@ SPEEDS = 100.0, 196.4, 260.0  # rad/s
 
 def _analyse(runs: Runs) -> Findings:
     computed: dict[str, Computed] = {}
-    rows = []
+    rows, complete = [], True
     for speed in SPEEDS:
         found = find_equilibria(MODEL, {"Omega1": speed})
+        complete &= found.complete
         axis = int(np.argmin(np.abs(found.states[:, 0])))
         side = int(np.argmax(found.states[:, 0]))
         for name, k in (("E1", axis), ("side", side)):
@@ -30,7 +31,7 @@ def _analyse(runs: Runs) -> Findings:
             for u, values, kind in zip(found.states, found.eigenvalues, found.types, strict=True)
         ]
     head = ("Omega1 (rad/s)", "(p, q, r) (rad/s)", "eigenvalues (1/s)", "type")
-    return Findings(computed, tables=[Table("Equilibria, proved to be all", head, rows)])
+    return Findings(computed, tables=[Table("Equilibria" + (", proved to be all" if complete else ""), head, rows)])
 
 
 def _row(key: str, found: Equilibria, k: int) -> dict[str, Computed]:
@@ -42,13 +43,11 @@ def _row(key: str, found: Equilibria, k: int) -> dict[str, Computed]:
     numbers |= {f"lambda{n + 1}": value for n, value in enumerate(real)}
     if len(pair):
         numbers |= {"re": pair[0].real, "im": pair[0].imag}
-    texts = {"type": found.types[k]}
-    return {f"{key}.{name}": Computed(value) for name, value in texts.items()} | {
-        f"{key}.{name}": Computed(float(value)) for name, value in numbers.items() if name not in _axis(key)
-    }
+    computed = {f"{key}.{name}": Computed(float(x)) for name, x in numbers.items() if name not in _zero(key)}
+    return {**computed, f"{key}.type": Computed(found.types[k])}
 
 
-def _axis(key: str) -> Sequence[str]:
+def _zero(key: str) -> Sequence[str]:
     """Return the components that are zero by symmetry."""
     return ("p", "q") if key.endswith("E1") else ()
 
