@@ -7,7 +7,7 @@ With A = Iy - Iz, C = Iz - Ix, E = Ix - Iy, B = 2 c Ir and T = 2 d (c^2 + 2 c Om
 Either p = q = 0 and r = T / k6, which is E1, or (A r - B) (C r + B) = k4 k5: two values of r that do not depend on
 Omega1. To each belong p = sigma q with sigma = (A r - B) / k4 and q^2 = (k6 r - T) (C r + B) / (E k5), so two
 equilibria that the symmetry maps onto each other if that is positive. These are equations (17), (18) of the paper,
-with a2^2 the discriminant, a13^2 the q^2 of E2 and E3, a14^2 that of E4 and E5; in a5 the text of the paper lacks a factor of 2.
+with a2^2 the discriminant, a13^2 the q^2 of E2 and E3, a14^2 that of E4 and E5; a5 lacks a factor of 2 in the text.
 
 At such a pair the characteristic polynomial is l^3 + a l^2 + b l + e. With x = k4/Ix, y = k5/Iy, z = k6/Iz
 
