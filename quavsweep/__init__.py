@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from quavsweep.analysis.bifurcation import Bifurcation, find_bifurcations
+    from quavsweep.analysis.bifurcation_curve import bifurcation_curve
+    from quavsweep.analysis.equilibrium_search import Equilibria, find_equilibria
     from quavsweep.cli.progress import show_progress
     from quavsweep.config import Sweep, load_sweep, parse_sweep
     from quavsweep.plot import draw, draw_point, make_figure, make_point_figure
@@ -15,12 +18,17 @@ if TYPE_CHECKING:
     from quavsweep.sweep import extend_sweep, reclassify, run_sweep
 
 _HOMES = {
+    "Bifurcation": "quavsweep.analysis.bifurcation",
+    "Equilibria": "quavsweep.analysis.equilibrium_search",
     "Point": "quavsweep.point",
     "Result": "quavsweep.result",
     "Sweep": "quavsweep.config",
+    "bifurcation_curve": "quavsweep.analysis.bifurcation_curve",
     "compute_point": "quavsweep.point",
     "draw": "quavsweep.plot",
     "draw_point": "quavsweep.plot",
+    "find_bifurcations": "quavsweep.analysis.bifurcation",
+    "find_equilibria": "quavsweep.analysis.equilibrium_search",
     "load_sweep": "quavsweep.config",
     "make_figure": "quavsweep.plot",
     "make_point_figure": "quavsweep.plot",
@@ -33,14 +41,19 @@ _HOMES = {
 }
 
 __all__ = [
+    "Bifurcation",
+    "Equilibria",
     "Point",
     "Result",
     "Sweep",
     "__version__",
+    "bifurcation_curve",
     "compute_point",
     "draw",
     "draw_point",
     "extend_sweep",
+    "find_bifurcations",
+    "find_equilibria",
     "load_sweep",
     "make_figure",
     "make_point_figure",
