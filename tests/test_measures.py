@@ -223,7 +223,10 @@ def test_results_of_dense_measures_open_in_xarray(tmp_path: Path, make_sweep: Ca
         ("orbit: {every: 1, until: 900}", r"measures.orbit.until: 900 lies behind the end"),
         ("orbit: {every: 1, after: 30, until: 20}", r"measures.orbit.after: 30 lies behind the last time"),
         ("orbit: {every: 1e-9}", r"measures.orbit.every: 1e-09 gives more than 10000000 states"),
-        ("samples: {maxima: w}", r"measures.samples.maxima: quadrotor_yaw has no state or observable w; it has p, q, r; of these casimir_power, .*"),
+        (
+            "samples: {maxima: w}",
+            r"measures.samples.maxima: quadrotor_yaw has no state or observable w; it has p, q, r; of these casimir_power, .*",
+        ),
         ("samples: {section: {of: w}}", r"measures.samples.section.of: quadrotor_yaw has no state or observable w"),
         ("samples: {section: {of: p}, maxima: p}", r"section and maxima exclude each other"),
         ("samples: {max: 0}", r"measures.samples.max: 0"),
