@@ -122,7 +122,9 @@ def test_the_mean_power_of_a_bounded_orbit_is_below_its_bound() -> None:
 
 
 def test_dimensions_of_known_attractors() -> None:
-    exponents = np.array([[0.9056, 0.0, -14.5723], [-0.1, -0.2, -0.3], [0.0, -0.2, -0.3], [0.0, 0.0, -2.0], [2, 1, 0.5]])
+    exponents = np.array(
+        [[0.9056, 0.0, -14.5723], [-0.1, -0.2, -0.3], [0.0, -0.2, -0.3], [0.0, 0.0, -2.0], [2, 1, 0.5]]
+    )
     np.testing.assert_allclose(lyapunov_dimension(exponents), [2.06215, 0.0, 1.0, 2.0, 3.0], atol=5e-6)
     assert float(chaotic_dimension(0.9056, -41 / 3)) == pytest.approx(2.06215, abs=5e-6)
     step = 1e-6

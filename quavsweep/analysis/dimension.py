@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+Values = np.ndarray | float
+
 
 def lyapunov_dimension(exponents: np.ndarray) -> np.ndarray:
     """Return j + (L_1 + ... + L_j) / |L_(j + 1)|, with the largest j for which the sum is not negative, (...).
@@ -31,7 +33,7 @@ def lyapunov_dimension(exponents: np.ndarray) -> np.ndarray:
     return np.asarray(count + part)
 
 
-def chaotic_dimension(largest: np.ndarray, divergence: np.ndarray) -> np.ndarray:
+def chaotic_dimension(largest: Values, divergence: Values) -> np.ndarray:
     """Return the dimension of a chaotic attractor of a flow in three dimensions, 2 + L / (L - divergence), (...).
 
     Parameters
@@ -48,6 +50,6 @@ def chaotic_dimension(largest: np.ndarray, divergence: np.ndarray) -> np.ndarray
     return np.asarray(2.0 + largest / (largest - divergence))
 
 
-def chaotic_dimension_error(largest: np.ndarray, error: np.ndarray, divergence: np.ndarray) -> np.ndarray:
+def chaotic_dimension_error(largest: Values, error: Values, divergence: Values) -> np.ndarray:
     """Return the error of `chaotic_dimension` that an error of the largest exponent makes, (...)."""
     return np.asarray(error * np.abs(divergence) / (largest - divergence) ** 2)

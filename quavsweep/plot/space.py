@@ -39,7 +39,7 @@ def draw_space(figure: Figure, place: SubplotSpec, trace: Trace) -> Axes:
     axes.plot(*states[:1].T, **start)
     if end:
         axes.plot(*np.asarray(trace.equilibrium)[:count, None], **end)
-    (_label_box if count == 3 else _label_plane)(axes, trace.model, states)
+    (label_box if count == 3 else _label_plane)(axes, trace.model, states)
     where = "upper center" if count == 3 else "lower center"
     axes.legend(handles=_handles(trace), loc=where, bbox_to_anchor=(0.5, 1.08 if count == 3 else 1.0), ncols=4, **LOOK)
     return axes
@@ -65,7 +65,7 @@ def _label_plane(axes: Axes, model: Model, states: np.ndarray) -> None:
         _label(axis, model, states, i)
 
 
-def _label_box(axes: Any, model: Model, states: np.ndarray) -> None:
+def label_box(axes: Any, model: Model, states: np.ndarray) -> None:
     """Label the axes of a box, quietly drawn, and leave room for the labels.
 
     The layout of figures knows nothing of them.

@@ -50,6 +50,12 @@ class Ellipsoid:
         """Half the lengths of its axes, (3,) [rad/s]."""
         return np.asarray(np.sqrt(self.level / self.weights))
 
+    def surface(self, rows: int, columns: int) -> np.ndarray:
+        """Return points on it along meridians and parallels, (rows, columns, 3) [rad/s]; the poles lie along r."""
+        polar, azimuth = np.meshgrid(np.linspace(0, np.pi, rows), np.linspace(0, 2 * np.pi, columns), indexing="ij")
+        unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1)
+        return np.asarray(self.centre + self.semi_axes * unit)
+
     def value(self, u: np.ndarray) -> np.ndarray:
         """Return the left side less the level at states (..., 3): negative inside, zero on it, positive outside."""
         return np.asarray(((u - self.centre) ** 2 * self.weights).sum(axis=-1) - self.level)
@@ -103,6 +109,14 @@ def theorem_1_holds(parameters: Values) -> np.ndarray:
     return np.asarray(np.maximum(*_shares(parameters)) <= 2.0 * parameters["Iz"])
 
 
+def stationary_points(parameters: Values) -> np.ndarray:
+    """Return how many solutions equations (29) have, (...) int: the origin, E1, and pairs.
+
+    A pair with q = 0, lambda = -Ix / (2 k4), where Ix / k4 > 2 Iz / k6; one with p = 0, lambda = -Iy / (2 k5), likewise.
+    """
+    return np.asarray(2 + sum(2 * (share > 2.0 * parameters["Iz"]) for share in _shares(parameters)))
+
+
 def largest_energy(parameters: Values) -> Maximum:
     """Return the maximum of the Casimir energy on the ellipsoid of zero power, for any parameters.
 
@@ -129,6 +143,6 @@ def _sigma(parameters: Values) -> np.ndarray:
 
 
 def _shares(parameters: Values) -> tuple[np.ndarray, np.ndarray]:
-    """Return k6 Ix / k4 and k6 Iy / k5 [kg m2], (...) each: what a unit of power is worth in p or q, to compare with Iz."""
+    """Return k6 Ix / k4 and k6 Iy / k5 [kg m2], (...) each: what power is worth in p or q, to compare with Iz."""
     k6 = parameters["k6"]
     return np.asarray(k6 * parameters["Ix"] / parameters["k4"]), np.asarray(k6 * parameters["Iy"] / parameters["k5"])

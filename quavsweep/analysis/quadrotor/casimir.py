@@ -70,7 +70,7 @@ def mean_power(energy: np.ndarray, duration: float) -> np.ndarray:
 
 
 def mean_power_bound(energy: np.ndarray, duration: float) -> np.ndarray:
-    """Return what the mean power of a bounded orbit may be, at most: the range of its energy over the time [W], (...)."""
+    """Return what the mean power of a bounded orbit may be, at most: the range of energy over the time [W], (...)."""
     return np.asarray(np.ptp(energy, axis=-1) / duration)
 
 

@@ -18,8 +18,8 @@ case the remark                                here                             
 Every finite series is in exactly one of them. The remark itself does not divide orbits so:
 
 - (2) contradicts itself: a nonzero constant "i.e. identically zero". No bounded orbit has a constant power other than
-  zero, since its energy would grow or fall for ever; and a power that is zero throughout belongs to a point at rest, (6),
-  as well as to a motion of constant energy. Its first half is taken by its word, its second half counts as (6).
+  zero, since its energy would grow or fall for ever; and a power that is zero throughout belongs to a point at rest,
+  (6), as well as to a motion of constant energy. Its first half is taken by its word, its second half counts as (6).
 - (3) and (6) overlap: energy is not negative, so a power that stays negative has a finite integral and tends to zero.
 - (1) and (6) overlap: an orbit that climbs to a sink has a positive power for all times. Convergence is asked first.
 - Quasi-periodic orbits are in no case; here they are in (5).
@@ -68,7 +68,9 @@ CASE = tuple(
 REGION_OF_CASE = np.array([int(region) for _, _, region in _ROWS.values()], dtype=np.int8)
 
 
-def classify_power(power: np.ndarray, dt: float, zero: float = ZERO) -> tuple[np.ndarray, np.ndarray]:
+def classify_power(
+    power: np.ndarray, dt: float, zero: float = ZERO, tolerance: float = TOLERANCE
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the case of Remark 3 of each series of Casimir power, and the region that the remark gives it.
 
     Parameters
@@ -79,6 +81,8 @@ def classify_power(power: np.ndarray, dt: float, zero: float = ZERO) -> tuple[np
         Time between two values [s].
     zero : float
         A power as small as this is zero [W].
+    tolerance : float
+        Maxima so near, as a share of the series' range, are the same; see `repeats`.
 
     Returns
     -------
@@ -95,12 +99,12 @@ def classify_power(power: np.ndarray, dt: float, zero: float = ZERO) -> tuple[np
     converges = still | _falls(power)
     periodic = np.zeros(len(power), bool)
     open_ = np.flatnonzero(finite & ~converges)
-    periodic[open_] = repeats(power[open_], dt) > 0
+    periodic[open_] = repeats(power[open_], dt, tolerance) > 0
     choices = (
         (~finite, Case.NONE),
         (converges & ~still & (high < 0.0), Case.NEGATIVE),
         (converges, Case.CONVERGES),
-        (high - low <= TOLERANCE * size, Case.CONSTANT),
+        (high - low <= tolerance * size, Case.CONSTANT),
         (low > 0.0, Case.POSITIVE),
         (high < 0.0, Case.NEGATIVE),
         (periodic, Case.PERIODIC),
