@@ -14,14 +14,15 @@ from matplotlib.patches import Patch
 from quavsweep.analysis.quadrotor.bound import Ellipsoid
 from quavsweep.analysis.quadrotor.casimir import Extremes
 from quavsweep.models import Model
-from quavsweep.plot.legend import legend_outside
+from quavsweep.plot.legend import LOOK
 from quavsweep.plot.space import label_box
 from quavsweep.plot.style import LINES, PAGE
 from quavsweep.plot.trace import LATE
 
-HEIGHT = 2.75  # inches
+HEIGHT = 2.9  # inches
+LEFT, BOTTOM, APART, WIDE, HIGH = 0.01, 0.1, 0.327, 0.27, 0.72  # of the figure; layouts know nothing of boxes
 ZERO, BOUND = "#009e73", "#e69f00"  # of the two ellipsoids
-VIEW = {"elev": 18.0, "azim": -58.0}
+VIEW = {"elev": 18.0, "azim": -50.0}
 MARKS: dict[str, dict[str, Any]] = {
     "maxima": {"marker": "o", "ms": 2.6, "mfc": "none", "mec": LINES[2], "mew": 0.7, "label": "maxima of energy"},
     "minima": {"marker": "x", "ms": 2.8, "mec": LINES[4], "mew": 0.8, "label": "minima of energy"},
@@ -57,8 +58,7 @@ class Scene:
 
 def make_bound_figure(scene: Scene) -> Figure:
     """Return three panels: crossings with the ellipsoid of zero power, the same without it, and the bound."""
-    figure = Figure(figsize=(PAGE, HEIGHT), layout="constrained")
-    grid = figure.add_gridspec(1, 3, wspace=0.02)
+    figure = Figure(figsize=(PAGE, HEIGHT))
     points = {
         "maxima": scene.extremes.maxima,
         "minima": scene.extremes.minima,
@@ -67,8 +67,8 @@ def make_bound_figure(scene: Scene) -> Figure:
     }
     surfaces = ((scene.zero_power, ZERO), None, (scene.supremum, BOUND))
     for i, (letter, surface) in enumerate(zip("abc", surfaces, strict=True)):
-        room = grid[i].subgridspec(2, 2, width_ratios=(0.84, 0.16), height_ratios=(0.92, 0.08))
-        axes: Any = figure.add_subplot(room[0, 0], projection="3d", computed_zorder=False)
+        place = (LEFT + APART * i, BOTTOM, WIDE, HIGH)
+        axes: Any = figure.add_axes(place, projection="3d", computed_zorder=False)
         axes.plot(*scene.orbit.T, color=LATE, lw=0.3, rasterized=True, zorder=1)
         shown = points if i < 2 else {name: points[name] for name in ("saddle", "sinks")}
         for name, where in shown.items():
@@ -77,10 +77,10 @@ def make_bound_figure(scene: Scene) -> Figure:
         if surface is not None:
             ellipsoid, colour = surface
             extent.append(_draw_surface(axes, ellipsoid, colour))
-        label_box(axes, scene.model, np.concatenate(extent))
+        label_box(axes, scene.model, np.concatenate(extent), 3)
         axes.view_init(**VIEW)
-        axes.set_title(f"({letter})", y=1.0, pad=0)
-    legend_outside(figure, _handles(), "upper")
+        figure.text(LEFT + APART * i, BOTTOM + HIGH, f"({letter})", va="top")
+    figure.legend(handles=_handles(), ncols=4, loc="upper center", **LOOK)
     return figure
 
 

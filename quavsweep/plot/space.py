@@ -27,7 +27,7 @@ def space_dimensions(model: Model) -> int:
     return min(count, 3) if count > 1 else 0
 
 
-def draw_space(figure: Figure, place: SubplotSpec, trace: Trace) -> Axes:
+def draw_space(figure: Figure, place: SubplotSpec, trace: Trace, with_legend: bool = True) -> Axes:
     """Draw an orbit: its early part pale, its late part dark, its start, and the equilibrium in which it ends."""
     count = space_dimensions(trace.model)
     axes = figure.add_subplot(place, projection="3d" if count == 3 else None)
@@ -40,8 +40,12 @@ def draw_space(figure: Figure, place: SubplotSpec, trace: Trace) -> Axes:
     if end:
         axes.plot(*np.asarray(trace.equilibrium)[:count, None], **end)
     (label_box if count == 3 else _label_plane)(axes, trace.model, states)
+    if not with_legend:
+        return axes
     where = "upper center" if count == 3 else "lower center"
-    axes.legend(handles=_handles(trace), loc=where, bbox_to_anchor=(0.5, 1.08 if count == 3 else 1.0), ncols=4, **LOOK)
+    axes.legend(
+        handles=space_handles(trace), loc=where, bbox_to_anchor=(0.5, 1.08 if count == 3 else 1.0), ncols=4, **LOOK
+    )
     return axes
 
 
@@ -52,7 +56,7 @@ def _marks(trace: Trace) -> tuple[dict[str, Any], dict[str, Any]]:
     return start, end if trace.equilibrium is not None else {}
 
 
-def _handles(trace: Trace) -> list[Artist]:
+def space_handles(trace: Trace) -> list[Artist]:
     """Return a legend's entries for the parts of an orbit and its marks."""
     parts = zip(trace.part_names, (EARLY, LATE), strict=True)
     lines = [Line2D([], [], color=colour, lw=1.2, label=name) for name, colour in parts]
@@ -65,14 +69,14 @@ def _label_plane(axes: Axes, model: Model, states: np.ndarray) -> None:
         _label(axis, model, states, i)
 
 
-def label_box(axes: Any, model: Model, states: np.ndarray) -> None:
-    """Label the axes of a box, quietly drawn, and leave room for the labels.
+def label_box(axes: Any, model: Model, states: np.ndarray, intervals: int = 4) -> None:
+    """Label the axes of a box, quietly drawn, with so many intervals between ticks, and leave room for the labels.
 
     The layout of figures knows nothing of them.
     """
     for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
         _label(axis, model, states, i)
-        axis.get_major_locator().set_params(nbins=4)
+        axis.get_major_locator().set_params(nbins=intervals)
         axis.labelpad = -1
         axis.pane.set(facecolor="white", edgecolor="0.8")
         axis._axinfo["grid"].update(color="0.88", linewidth=0.4)

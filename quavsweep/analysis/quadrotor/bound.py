@@ -112,7 +112,7 @@ def theorem_1_holds(parameters: Values) -> np.ndarray:
 def stationary_points(parameters: Values) -> np.ndarray:
     """Return how many solutions equations (29) have, (...) int: the origin, E1, and pairs.
 
-    A pair with q = 0, lambda = -Ix / (2 k4), where Ix / k4 > 2 Iz / k6; one with p = 0, lambda = -Iy / (2 k5), likewise.
+    One with q = 0, lambda = -Ix / (2 k4) where Ix / k4 > 2 Iz / k6; one with p = 0, lambda = -Iy / (2 k5) likewise.
     """
     return np.asarray(2 + sum(2 * (share > 2.0 * parameters["Iz"]) for share in _shares(parameters)))
 
