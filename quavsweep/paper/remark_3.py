@@ -51,7 +51,7 @@ def analyse(runs: Runs) -> Findings:
     both = Comparison(cases[TOLERANCES.index(TOLERANCE)], region)
     computed = {f"case.{int(case)}": Computed(_majority(both, case)) for case in Case if case}
     tables = (_confusion(both), _tolerances(cases, region))
-    return Findings(computed, data=both, tables=tables, text=_text(both))
+    return Findings(computed, data=both, tables=tables, text=_text(both, float(np.ptp(coarse["time"]))))
 
 
 def same_cells(coarse: Result, fine: Result) -> tuple[np.ndarray, ...]:
@@ -114,10 +114,11 @@ def _tolerances(cases: list[np.ndarray], region: np.ndarray) -> Table:
     return Table("The one threshold that matters", head, rows)
 
 
-def _text(both: Comparison) -> str:
+def _text(both: Comparison, stretch: float) -> str:
+    """Say how often the two agree."""
     decided = both.decided
     return (
-        f"Remark 3, which sees the last 200 s of Casimir power alone, and the exponents at {HORIZON:g} s agree in "
+        f"Remark 3, which sees the last {stretch:g} s of Casimir power alone, and the exponents at {HORIZON:g} s agree in "
         f"{both.agree.mean():.2%} of {both.agree.size:,} cells, in {both.agree[decided].mean():.2%} of the "
         f"{int(decided.sum()):,} in which the exponents decide."
     )
@@ -130,7 +131,7 @@ def draw(runs: Runs, findings: Findings) -> Figure:
     maps = (
         Told(f"(a) by the exponents, at {HORIZON:g} s", REGION, both.region),
         Told("(b) by Remark 3", CASE, both.case),
-        Told("(c) the two", AGREEMENT, agree),
+        Told("(c) where the two agree", AGREEMENT, agree),
     )
     return make_agreement_figure(runs["remark_3"], maps)
 
