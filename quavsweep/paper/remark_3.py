@@ -118,8 +118,8 @@ def _text(both: Comparison, stretch: float) -> str:
     """Say how often the two agree."""
     decided = both.decided
     return (
-        f"Remark 3, which sees the last {stretch:g} s of Casimir power alone, and the exponents at {HORIZON:g} s agree in "
-        f"{both.agree.mean():.2%} of {both.agree.size:,} cells, in {both.agree[decided].mean():.2%} of the "
+        f"Remark 3, which sees the last {stretch:g} s of Casimir power alone, and the exponents at {HORIZON:g} s agree "
+        f"in {both.agree.mean():.2%} of {both.agree.size:,} cells, in {both.agree[decided].mean():.2%} of the "
         f"{int(decided.sum()):,} in which the exponents decide."
     )
 
