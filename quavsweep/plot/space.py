@@ -39,7 +39,7 @@ def draw_space(figure: Figure, place: SubplotSpec, trace: Trace, legend: bool = 
     axes.plot(*states[:1].T, **start)
     if end:
         axes.plot(*np.asarray(trace.equilibrium)[:count, None], **end)
-    (_label_box if count == 3 else _label_plane)(axes, trace.model, states)
+    (label_box if count == 3 else _label_plane)(axes, trace.model, states)
     where = "upper center" if count == 3 else "lower center"
     if legend:
         above = (0.5, 1.08 if count == 3 else 1.0)
@@ -67,14 +67,14 @@ def _label_plane(axes: Axes, model: Model, states: np.ndarray) -> None:
         _label(axis, model, states, i)
 
 
-def _label_box(axes: Any, model: Model, states: np.ndarray) -> None:
-    """Label the axes of a box, quietly drawn, and leave room for the labels.
+def label_box(axes: Any, model: Model, states: np.ndarray, intervals: int = 4) -> None:
+    """Label the axes of a box, quietly drawn, with so many intervals between ticks, and leave room for the labels.
 
     The layout of figures knows nothing of them.
     """
     for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
         _label(axis, model, states, i)
-        axis.get_major_locator().set_params(nbins=4)
+        axis.get_major_locator().set_params(nbins=intervals)
         axis.labelpad = -1
         axis.pane.set(facecolor="white", edgecolor="0.8")
         axis._axinfo["grid"].update(color="0.88", linewidth=0.4)
