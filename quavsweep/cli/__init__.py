@@ -10,6 +10,7 @@ import click
 
 from quavsweep.cli.draw import plot, point
 from quavsweep.cli.look import export, status, verify
+from quavsweep.cli.paper import paper
 from quavsweep.cli.run import classify, extend, run
 from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, deafen, say, warn
 from quavsweep.cli.write import init, schema
@@ -55,7 +56,7 @@ def cli(context: click.Context, traceback: bool) -> None:
         say(context.get_help())
 
 
-for verb in (init, run, extend, status, plot, point, classify, verify, export, schema):
+for verb in (init, run, extend, status, plot, point, classify, verify, export, schema, paper):
     cli.add_command(verb)
 
 

@@ -66,7 +66,7 @@ def run(
     Ctrl-C stops it (exit 75); the same command continues it.
     """
     begin = time.monotonic()
-    stop = _stop_on_signals(max_time)
+    stop = stop_on_signals(max_time)
     from quavsweep.config import load_sweep
 
     sweep = load_sweep(config, changes, model)
@@ -117,7 +117,7 @@ def extend(
     command continues it.
     """
     begin = time.monotonic()
-    stop = _stop_on_signals(max_time)
+    stop = stop_on_signals(max_time)
     from quavsweep.cli.progress import show_progress
     from quavsweep.sweep import extend_sweep
 
@@ -215,7 +215,7 @@ def _disk(shards: int, result: int, free: int) -> str:
     return f"{amount(shards)} for shards, at most {amount(result)} for the result; {amount(free)} free{short}"
 
 
-def _stop_on_signals(max_time: float | None) -> threading.Event:
+def stop_on_signals(max_time: float | None) -> threading.Event:
     """Return an event that Ctrl-C, SIGTERM, SIGHUP or the end of the time set; a second Ctrl-C ends the process."""
     stop = threading.Event()
 

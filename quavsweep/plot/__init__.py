@@ -7,9 +7,9 @@ _log = logging.getLogger("matplotlib")
 _level = _log.level
 _log.setLevel(logging.ERROR)
 
-from quavsweep.plot.figure import draw, draw_point, make_figure, picture  # noqa: E402  behind the silence
+from quavsweep.plot.figure import draw, draw_point, make_figure, picture, save_figure  # noqa: E402  behind the silence
 from quavsweep.plot.point import make_point_figure  # noqa: E402
 
 _log.setLevel(_level)
 
-__all__ = ["draw", "draw_point", "make_figure", "make_point_figure", "picture"]
+__all__ = ["draw", "draw_point", "make_figure", "make_point_figure", "picture", "save_figure"]

@@ -140,7 +140,7 @@ def draw(
     path = _validate_path(path)
     figure = make_figure(results, variables=variables, limits=limits, overlays=overlays)
     release_memory()  # a map is made of arrays as large as the grid, and saved with others
-    return _write(figure, path)
+    return save_figure(figure, path)
 
 
 def picture(result: Result) -> bytes:
@@ -162,7 +162,7 @@ def draw_point(point: Point, path: Path | str) -> Path:
         If the file cannot be written.
     """
     path = _validate_path(path)
-    return _write(make_point_figure(point), path)
+    return save_figure(make_point_figure(point), path)
 
 
 def _validate_path(path: Path | str) -> Path:
@@ -174,7 +174,7 @@ def _validate_path(path: Path | str) -> Path:
     return path
 
 
-def _write(figure: Figure, path: Path) -> Path:
+def save_figure(figure: Figure, path: Path) -> Path:
     """Write a figure into a file, the same bytes each time."""
     date = FORMATS[path.suffix.lower()]
     try:

@@ -6,7 +6,7 @@
 from quavsweep.store.admission import check_folder
 from quavsweep.store.folder import RunFolder
 from quavsweep.store.netcdf import block_cells, write_copy
-from quavsweep.store.publish import looks_published
+from quavsweep.store.publish import looks_published, publish_bytes
 from quavsweep.store.sealed_file import check_result, read_result
 from quavsweep.store.shard import Shard, write_shard
 from quavsweep.store.shard_set import ShardSet
@@ -23,6 +23,7 @@ __all__ = [
     "check_folder",
     "check_result",
     "looks_published",
+    "publish_bytes",
     "read_result",
     "write_copy",
     "write_shard",
