@@ -6,7 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from quavsweep.analysis.observer import Chunk, Scene, Watcher, make_watchers
+from quavsweep.analysis.domain import DomainWatcher
+from quavsweep.analysis.observer import make_watchers
+from quavsweep.analysis.scene import Chunk, Scene, Watcher
 from quavsweep.codes import Certificate, Status
 from quavsweep.errors import StoppedError
 from quavsweep.grid import Tile
@@ -90,8 +92,12 @@ def _integrate(plan: Plan, evidence: Evidence, stopped: Callable[[], bool]) -> E
     parameters, _ = cell_values(plan.sweep, evidence["cell"])
     coefficients = plan.program.coefficient_values(parameters)
     scaled = plan.program.coefficient_values(parameters, plan.method.time_unit(clock.dt))
-    scene = Scene(plan.sweep.model, plan.program, plan.method, clock, coefficients, evidence)
-    watchers = make_watchers(plan.sweep.measures, scene)
+    model = plan.sweep.model
+    scene = Scene(
+        model, plan.program, plan.method, clock, coefficients, _rows(parameters, len(evidence["cell"])), evidence
+    )
+    domain = DomainWatcher(scene) if model.limited else None
+    watchers = [*([domain] if domain else []), *make_watchers(plan.sweep.measures, scene)]
     alive, begun = _living(plan, evidence)
     totals, volume = _totals(plan, evidence, alive, begun)
     lanes = _pack(plan, evidence, alive, scaled)
@@ -107,19 +113,24 @@ def _integrate(plan: Plan, evidence: Evidence, stopped: Callable[[], bool]) -> E
         with np.errstate(all="ignore"):
             for watcher in watchers:
                 watcher.settle()
-        u = plan.sweep.model.wrap(layout.state(lanes, alive.size))
+        u = model.wrap(layout.state(lanes, alive.size))
         _record(plan, evidence, alive, u, batches, totals, segment)
         _record_divergence(plan, evidence, alive, coefficients, volume, segment)
         before = evidence["status"][alive]
-        grown = np.sum(batches, axis=0)
-        ended = look(plan, evidence, alive, [values[alive] for values in parameters], grown)
+        ended = domain.left(alive) if domain else np.zeros(alive.size, dtype=bool)
+        if domain and ended.any():
+            _leave(plan, evidence, alive[ended], domain, watchers, segment)
+        if (stay := np.flatnonzero(~ended)).size:
+            grown, own = np.sum(batches, axis=0)[stay], [values[alive[stay]] for values in parameters]
+            ended[stay] = look(plan, evidence, alive[stay], own, grown)
+        broken = alive[(evidence["status"][alive] == Status.DIVERGED) & (before != Status.DIVERGED)]
         for watcher in watchers:
-            watcher.void(alive[(evidence["status"][alive] == Status.DIVERGED) & (before != Status.DIVERGED)])
+            watcher.void(broken, np.full(broken.size, segment * clock.segment_steps))
         last = segment == clock.segments - 1
         leaving = np.ones_like(ended) if last else ended
         if layout.vectors and leaving.any():
             evidence["frame"][alive[leaving]] = layout.frame(lanes, alive.size)[leaving]
-        if ended.any() or plan.sweep.model.circles:
+        if ended.any() or model.circles:
             alive, totals, volume = alive[~ended], totals[~ended], volume[~ended]
             if not last:
                 lanes = _pack(plan, evidence, alive, scaled, layout.frame(lanes, ended.size)[~ended])
@@ -231,9 +242,27 @@ def _watch(
     buffer = aligned_empty((last - first, steps + 1, layout.dimension, layout.lanes))
     plan.advance(flat, first, last, blocks, clock.block, buffer.reshape(-1))
     u = buffer.transpose(1, 2, 0, 3).reshape(steps + 1, layout.dimension, -1)[:, :, : cells.size]
+    chunk = Chunk(cells, done, u)
     with np.errstate(all="ignore"):
         for watcher in watchers:
-            watcher.see(Chunk(cells, done, u))
+            watcher.see(chunk)
+
+
+def _rows(parameters: Sequence[np.ndarray], n: int) -> np.ndarray:
+    """Return the parameters of n cells, (P, n)."""
+    return np.array(parameters).reshape(-1, n)
+
+
+def _leave(
+    plan: Plan, evidence: Evidence, cells: np.ndarray, domain: DomainWatcher, watchers: Sequence[Watcher], segment: int
+) -> None:
+    """Write how cells ended that left the domain in a segment; what was recorded of it means nothing."""
+    known = domain.write(cells)
+    if plan.layout.exponents:
+        evidence["growth"][cells, segment * plan.clock.segment_batches :] = np.nan
+        evidence["growth_total"][cells, segment:] = np.nan
+    for watcher in watchers:
+        watcher.void(cells, known)
 
 
 def _record(

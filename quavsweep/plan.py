@@ -35,7 +35,7 @@ class Plan:
     program : Program
     layout : Layout
     advance : callable
-        The compiled kernel; `record` where a measure is dense.
+        The compiled kernel; `record` where the state must be seen after every step.
     search : CycleSearch
         Finds and certifies cycles.
     """
@@ -82,7 +82,7 @@ def make_plan(sweep: Sweep, lanes: int) -> Plan:
     require_equations(sweep.model)
     program, measures = make_program(sweep.model), sweep.measures
     layout = choose_layout(program, sweep.method, measures.vectors, lanes, measures.trace)
-    advance = make_advance(program, sweep.method, layout, measures.dense)
+    advance = make_advance(program, sweep.method, layout, sweep.dense)
     search = CycleSearch(sweep.model, program, sweep.method, sweep.clock, lanes)
     return Plan(sweep, program, layout, advance, search)
 

@@ -15,7 +15,7 @@ from quavsweep.grid import Axis, Grid, Tile
 from quavsweep.integrate import continue_cells, integrate_tile
 from quavsweep.kernels.compiler import default_lanes
 from quavsweep.measures import Evidence, Measures, Orbit
-from quavsweep.models import Parameter
+from quavsweep.models import Parameter, State
 from quavsweep.passes import with_passes
 from quavsweep.plan import make_plan
 
@@ -169,6 +169,6 @@ def _check(sweep: Sweep, name: str, value: float) -> None:
     if name not in names:
         raise ConfigError(f"{model.name} has no {name}", possible=f"it has {', '.join(names)}")
     quantity = model.quantity(name)
-    if not np.isfinite(value) or (isinstance(quantity, Parameter) and not quantity.admits(value)):
-        domain = quantity.domain if isinstance(quantity, Parameter) else ""
-        raise ConfigError(f"{name} cannot be {value:g}", possible=f"it must be {domain or 'finite'}")
+    assert isinstance(quantity, Parameter | State)
+    if not np.isfinite(value) or not quantity.admits(value):
+        raise ConfigError(f"{name} cannot be {value:g}", possible=f"it must be {quantity.domain or 'finite'}")

@@ -16,7 +16,7 @@ from typing import Any
 import quavsweep
 from quavsweep.config import Sweep
 from quavsweep.kernels.layout import FEWEST_LANES
-from quavsweep.kernels.lookup import make_program
+from quavsweep.kernels.lookup import make_observables, make_program
 from quavsweep.kernels.printer import print_kernel
 from quavsweep.kernels.step import choose_layout
 from quavsweep.kernels.syntax import syntax_digest
@@ -53,7 +53,15 @@ HASHED_MODULES = (
     "quavsweep.kernels.program",
     "quavsweep.kernels.step",
 )
-DENSE_MODULES = ("quavsweep.measures.dense", "quavsweep.analysis.observer")
+DENSE_MODULES = (
+    "quavsweep.measures.dense",
+    "quavsweep.measures.statistics",
+    "quavsweep.analysis.crossing",
+    "quavsweep.analysis.domain",
+    "quavsweep.analysis.observer",
+    "quavsweep.analysis.scene",
+    "quavsweep.analysis.statistics",
+)
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
 RESULT_MODULES = (
     "quavsweep.analysis.attractor",
@@ -96,7 +104,7 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
     """Return all that changes an integrated number, by name: config, equations, kernel, tile loop."""
     program = make_program(sweep.model)
     layout = choose_layout(program, sweep.method, sweep.measures.vectors, FEWEST_LANES, sweep.measures.trace)
-    modules = (*HASHED_MODULES, *(DENSE_MODULES if sweep.measures.dense else ()))
+    modules = (*HASHED_MODULES, *(DENSE_MODULES if sweep.dense else ()))
     kept = {k: v for k, v in flatten(sweep.settings()).items() if not k.startswith(_NO_EVIDENCE)}
     axes = _axes(sweep)
     return {
@@ -108,9 +116,24 @@ def evidence_parts(sweep: Sweep) -> dict[str, Any]:
         "model.section": repr(sweep.model.section),
         "model.symmetries": [list(signs) for signs in sweep.model.symmetries],
         "equations": program.digest,
-        "kernel": digest(print_kernel(program, sweep.method, layout, sweep.measures.dense)),
+        "kernel": digest(print_kernel(program, sweep.method, layout, sweep.dense)),
+        **_of_observables(sweep),
+        **_of_domain(sweep),
         **{f"engine.{name}": syntax_digest(name) for name in modules},
     }
+
+
+def _of_observables(sweep: Sweep) -> dict[str, Any]:
+    """Return what observables are, where a measure looks at one."""
+    names = set(sweep.model.observable_names)
+    used = [name for name in sweep.measures.watched if name in names]
+    return {"observables": [make_observables(sweep.model).digest, *sweep.model.observable_names]} if used else {}
+
+
+def _of_domain(sweep: Sweep) -> dict[str, Any]:
+    """Return in which interval each state must be, where there is one."""
+    states = sweep.model.states
+    return {"model.domain": [[s.low.hex(), s.high.hex()] for s in states]} if sweep.model.limited else {}
 
 
 def _axes(sweep: Sweep) -> dict[str, list[str]]:

@@ -114,7 +114,7 @@ def _advanced(
     frame = np.broadcast_to(generic_frame(layout.dimension, layout.vectors), (n, layout.vectors, layout.dimension))
     lanes = layout.pack(u, frame, plan.program.coefficient_values(parameters, plan.method.time_unit(clock.dt)))
     groups = lanes.shape[0]
-    dense = plan.sweep.measures.dense
+    dense = plan.sweep.dense
     state_bytes = 8 * groups * layout.dimension * layout.lanes
     steps = BUFFER_BYTES / state_bytes if dense else 1e9 * LONGEST_CALL / (groups * layout.lanes * plan.step_ns)
     most = max(1, int(steps / block))

@@ -7,126 +7,13 @@ what it was exactly once per segment for all of them together, because a call of
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
-from quavsweep.analysis.event import Event, crossings, locate, slope, steps_from
-from quavsweep.clock import Clock
-from quavsweep.kernels.method import ButcherTable
-from quavsweep.kernels.program import Program
-from quavsweep.measures import Evidence, FirstTime, LastTime, Measures, Orbit, Peak, Samples
-from quavsweep.models import Model
-
-
-@dataclass(frozen=True)
-class Scene:
-    """What all watchers share: the equations, the clock, and the tile's evidence that they write into.
-
-    Parameters
-    ----------
-    coefficients : (C, n) float64
-        Of all cells of the tile.
-    evidence : dict
-        Arrays of all cells of the tile.
-    """
-
-    model: Model
-    program: Program
-    method: ButcherTable
-    clock: Clock
-    coefficients: np.ndarray
-    evidence: Evidence
-
-    def state(self, name: str) -> int:
-        """Return the index of a state."""
-        return self.model.state_names.index(name)
-
-
-@dataclass(frozen=True)
-class Chunk:
-    """The states of some cells over some steps.
-
-    Parameters
-    ----------
-    cells : (m,) int
-        Their rows in the evidence.
-    first : int
-        Step of the first states.
-    u : (1 + steps, D, m) float64
-    """
-
-    cells: np.ndarray
-    first: int
-    u: np.ndarray
-
-    @property
-    def last(self) -> int:
-        """Step of the last states."""
-        return self.first + len(self.u) - 1
-
-
-@dataclass
-class Crossings:
-    """Finds where a function of the state crosses zero: marks steps at once, locates the crossings when asked.
-
-    Parameters
-    ----------
-    event : callable
-        From states (D, ...), coefficients (C, ...) and time to values.
-    direction : str
-        `up`, `down`, `both` or `beyond`, see `crossings`.
-    first, last : int
-        Steps between which crossings count.
-    """
-
-    scene: Scene
-    event: Event
-    direction: str
-    first: int
-    last: int
-    _marked: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=list)
-
-    def mark(self, chunk: Chunk) -> None:
-        """Remember the steps of a chunk in which the event happens."""
-        if chunk.last <= self.first or chunk.first >= self.last:
-            return
-        coefficients = self.scene.coefficients[:, None, chunk.cells]
-        clock, steps = self.scene.clock, np.arange(chunk.first, chunk.last + 1)[:, None]
-        time = (clock.phase(steps),) if clock.period_steps else ()
-        value = self.event(chunk.u.transpose(1, 0, 2), coefficients, *time)
-        steps, column = np.nonzero(crossings(value[:-1], value[1:], self.direction))
-        inside = (chunk.first + steps >= self.first) & (chunk.first + steps < self.last)
-        steps, column = steps[inside], column[inside]
-        if steps.size:
-            self._marked.append((chunk.cells[column], chunk.first + steps, chunk.u[steps, :, column]))
-
-    def take(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return cells (k,), times (k,) and states (k, D) of what was marked, by cell and time, and forget it."""
-        if not self._marked:
-            return np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, len(self.scene.model.states)))
-        cells, steps, u = (np.concatenate(part) for part in zip(*self._marked, strict=True))
-        self._marked.clear()
-        order = np.lexsort((steps, cells))
-        cells, steps, u = cells[order], steps[order], u[order].T
-        scene, clock = self.scene, self.scene.clock
-        c, t = scene.coefficients[:, cells], clock.phase(steps)
-        after = steps_from(scene.program, scene.method, u, c, t)
-        time, state = locate(after, clock.dt, self.event, u, c, t)
-        return cells, steps * clock.dt + time, state.T
-
-
-class Watcher:
-    """Serves one measure."""
-
-    def see(self, chunk: Chunk) -> None:
-        """Look at the states of a chunk."""
-
-    def settle(self) -> None:
-        """Write down what has been seen since the last call."""
-
-    def void(self, cells: np.ndarray) -> None:
-        """Take back what means nothing for cells that diverged just now."""
+from quavsweep.analysis.crossing import Crossings
+from quavsweep.analysis.scene import Chunk, Scene, Watcher
+from quavsweep.analysis.statistics import StatisticsWatcher
+from quavsweep.measures import FirstTime, LastTime, Measures, Orbit, Peak, Samples, Statistics
 
 
 class Strobe(Watcher):
@@ -155,11 +42,14 @@ class SampleWatcher(Watcher):
         self._scene, self._max = scene, samples.max
         first = scene.clock.transient_steps
         if samples.section is not None:
-            index, at = scene.state(samples.section.of), samples.section.at
-            self._crossings = Crossings(scene, lambda u, c, *t: u[index] - at, samples.section.direction, first, _END)
+            signal, at = scene.signal(samples.section.of), samples.section.at
+            direction = samples.section.direction
+            self._crossings = Crossings(
+                scene, signal, lambda u, c, *t: signal.value(u, c, *t) - at, direction, first, _END
+            )
         else:
-            event = slope(scene.program, scene.state(samples.maxima or scene.model.state_names[0]))
-            self._crossings = Crossings(scene, event, "down", first, _END)
+            signal = scene.signal(samples.maxima or scene.model.state_names[0])
+            self._crossings = Crossings(scene, signal, signal.slope, "down", first, _END)
 
     def see(self, chunk: Chunk) -> None:
         """Mark the crossings of a chunk."""
@@ -177,12 +67,12 @@ class SampleWatcher(Watcher):
 
 
 class PeakWatcher(Watcher):
-    """Keeps the value of largest magnitude: at a turn of the state, or at an end of the window."""
+    """Keeps the value of largest magnitude: at a turn of the quantity, or at an end of the window."""
 
     def __init__(self, scene: Scene, peak: Peak) -> None:
         self._scene, self._last = scene, peak.hold(scene.clock)
-        self._states = [scene.state(name) for name in peak.of]
-        self._turns = [Crossings(scene, slope(scene.program, i), "both", 0, self._last) for i in self._states]
+        self._signals = [scene.signal(name) for name in peak.of]
+        self._turns = [Crossings(scene, signal, signal.slope, "both", 0, self._last) for signal in self._signals]
 
     def see(self, chunk: Chunk) -> None:
         """Mark the turns of a chunk, and look at the ends of the window."""
@@ -190,21 +80,29 @@ class PeakWatcher(Watcher):
             turns.mark(chunk)
         for step in (0, self._last):
             if chunk.first <= step <= chunk.last:
-                for column, i in enumerate(self._states):
+                for column in range(len(self._signals)):
                     time = np.full(chunk.cells.size, step * self._scene.clock.dt)
-                    self._offer(column, chunk.cells, time, chunk.u[step - chunk.first, i])
+                    self._offer(
+                        column, chunk.cells, time, self._value(column, chunk.cells, chunk.u[step - chunk.first], time)
+                    )
 
     def settle(self) -> None:
         """Offer the turns that were found, of each cell the largest first."""
-        for column, (i, turns) in enumerate(zip(self._states, self._turns, strict=True)):
+        for column, turns in enumerate(self._turns):
             cells, times, states = turns.take()
-            order = np.lexsort((times, -np.abs(states[:, i]), cells))
+            values = self._value(column, cells, states.T, times)
+            order = np.lexsort((times, -np.abs(values), cells))
             first = order[np.unique(cells[order], return_index=True)[1]]
-            self._offer(column, cells[first], times[first], states[first, i])
+            self._offer(column, cells[first], times[first], values[first])
 
-    def void(self, cells: np.ndarray) -> None:
-        """Leave no peak where the orbit diverged before the end of the window."""
-        unfinished = cells[self._scene.evidence["steps"][cells] - self._scene.clock.segment_steps < self._last]
+    def _value(self, column: int, cells: np.ndarray, u: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return a quantity of cells in states (D, m) at some times, (m,)."""
+        signal, clock = self._signals[column], self._scene.clock
+        return signal.value(u, signal.given[:, cells], *((times,) if clock.period_steps else ()))
+
+    def void(self, cells: np.ndarray, known: np.ndarray) -> None:
+        """Leave no peak where the orbit broke down before the end of the window."""
+        unfinished = cells[known < self._last]
         self._scene.evidence["peak"][unfinished] = np.nan
         self._scene.evidence["peak_time"][unfinished] = np.nan
 
@@ -220,17 +118,18 @@ class FirstTimeWatcher(Watcher):
 
     def __init__(self, scene: Scene, first_time: FirstTime) -> None:
         limit, direction = first_time.limit
-        index = scene.state(first_time.of)
-        self._scene, self._index, self._limit = scene, index, limit
-        self._sign = sign = 1.0 if direction == "up" else -1.0
+        self._scene, self._signal = scene, scene.signal(first_time.of)
+        sign, value = (1.0 if direction == "up" else -1.0), self._signal.value
         last = first_time.hold(scene.clock)
-        self._crossings = Crossings(scene, lambda u, c, *t: sign * (u[index] - limit), "beyond", 0, last)
+        self._crossings = Crossings(
+            scene, self._signal, lambda u, c, *t: sign * (value(u, c, *t) - limit), "beyond", 0, last
+        )
 
     def see(self, chunk: Chunk) -> None:
         """Mark the crossings of a chunk; an orbit may begin beyond the limit."""
         self._crossings.mark(chunk)
         if chunk.first == 0:
-            beyond = self._sign * (chunk.u[0, self._index] - self._limit) > 0
+            beyond = self._signal.of(chunk, self._scene, self._crossings.event)[0] > 0
             self._scene.evidence["first_time"][chunk.cells[beyond]] = 0.0
 
     def settle(self) -> None:
@@ -246,9 +145,9 @@ class LastTimeWatcher(Watcher):
     """Keeps the last time at a value."""
 
     def __init__(self, scene: Scene, last_time: LastTime) -> None:
-        index, at = scene.state(last_time.of), last_time.at
+        signal, at = scene.signal(last_time.of), last_time.at
         self._scene = scene
-        self._crossings = Crossings(scene, lambda u, c: u[index] - at, "both", 0, _END)
+        self._crossings = Crossings(scene, signal, lambda u, c, *t: signal.value(u, c, *t) - at, "both", 0, _END)
 
     def see(self, chunk: Chunk) -> None:
         """Mark the crossings of a chunk."""
@@ -279,6 +178,8 @@ def make_watchers(measures: Measures, scene: Scene) -> list[Watcher]:
             watchers.append(FirstTimeWatcher(scene, measure))
         elif isinstance(measure, LastTime):
             watchers.append(LastTimeWatcher(scene, measure))
+        elif isinstance(measure, Statistics):
+            watchers.append(StatisticsWatcher(scene, measure))
     return watchers
 
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from quavsweep.config.ensemble import make_ensemble
+from quavsweep.config.ensemble import BOX, make_ensemble
 from quavsweep.config.place import Keys, Place
 from quavsweep.config.schema import ENSEMBLE, AnyAxis, AxisSection, Config, EnsembleSection
 from quavsweep.grid import Axis, Grid
-from quavsweep.models import Model
+from quavsweep.models import Model, Parameter, State
 
 MAX_CELLS = 10**12
 EITHER = "an axis is {start, stop, num} or {values}"
@@ -115,7 +115,9 @@ def _check_points(axis: Axis, section: AxisSection, place: Place) -> None:
 
 
 def check_domains(model: Model, fixed: Mapping[str, float], config: Config, grid: Grid, place: Place) -> None:
-    """Refuse parameters outside the domain in which the model makes sense.
+    """Refuse parameters and initial states outside the domain in which the model makes sense.
+
+    `fixed` has the values of parameters that do not vary.
 
     Raises
     ------
@@ -123,20 +125,25 @@ def check_domains(model: Model, fixed: Mapping[str, float], config: Config, grid
         For the first of them.
     """
     varied = {name: np.asarray(values) for axis in grid.axes for name, values in axis.quantities.items()}
-    for parameter in model.parameters:
-        values = varied.get(parameter.name, np.array([fixed.get(parameter.name, parameter.default)]))
-        outside = np.flatnonzero(~np.asarray(parameter.admits(values)))
+    given = {**model.defaults, **fixed, **config.initial}
+    quantities: list[Parameter | State] = [*model.parameters, *model.states]
+    for quantity in quantities:
+        name = quantity.name
+        values = varied[name] if name in varied else np.array([given[name]])
+        outside = np.flatnonzero(~np.asarray(quantity.admits(values)))
         if outside.size:
-            keys, value = _origin(parameter.name, int(outside[0]), config, float(values[outside[0]]))
-            what = f"{value:g} {parameter.unit} is outside the domain".replace(" 1 is", " is")
-            raise place.error(keys, what, f"it must be {parameter.domain}")
+            keys, value = _origin(name, int(outside[0]), config, float(values[outside[0]]))
+            what = f"{value:.10g} {quantity.unit} is outside the domain".replace(" 1 is", " is")
+            raise place.error(keys, what, f"it must be {quantity.domain}")
 
 
 def _origin(name: str, index: int, config: Config, value: float) -> tuple[Keys, Any]:
-    """Return the key that makes a parameter's value what it is, and what it says."""
+    """Return the key that makes the value of a parameter or initial state what it is, and what it says."""
     section = _spaced(config).get(name)
     if section is None:
-        return ("parameters", name), value
+        if config.ensemble is not None and name in config.ensemble.box:
+            return (*BOX, name), value
+        return ("initial" if name in config.initial else "parameters", name), value
     if section.values is not None:
         return ("axes", name, "values", index), value
     return (("axes", name, "start"), value) if index == 0 else (("axes", name, "stop"), section.stop)

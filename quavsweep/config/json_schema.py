@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from quavsweep.config.schema import ENSEMBLE, Config
-from quavsweep.models import NAMES, Model, Parameter, State, load_model
+from quavsweep.models import NAMES, Model, Observable, Parameter, State, load_model
 from quavsweep.models.model import NAME
 
 
@@ -24,7 +24,7 @@ def json_schema() -> dict[str, Any]:
 def _of_model(model: Model) -> dict[str, Any]:
     """Return what holds for configs of a model: the names that its sections may have."""
     parameters = {p.name: _parameter(p) for p in model.parameters}
-    states = {s.name: {"type": "number", "description": describe(s)} for s in model.states}
+    states = {s.name: _state(s) for s in model.states}
     quantities: list[State | Parameter] = [*model.parameters, *model.states]
     axes = {q.name: {"$ref": "#/$defs/AxisSection", "description": describe(q)} for q in quantities}
     axes[ENSEMBLE] = {"$ref": "#/$defs/EnsembleSection", "description": "starts drawn from a box; the last axis"}
@@ -42,7 +42,13 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
     return {"type": "number", "default": parameter.default, "description": describe(parameter), **low, **high}
 
 
-def describe(quantity: State | Parameter) -> str:
-    """Return the meaning and unit of a state or parameter in a line."""
+def _state(state: State) -> dict[str, Any]:
+    low = {"exclusiveMinimum": state.low} if state.low > -1e300 else {}
+    high = {"exclusiveMaximum": state.high} if state.high < 1e300 else {}
+    return {"type": "number", "description": describe(state), **low, **high}
+
+
+def describe(quantity: State | Parameter | Observable) -> str:
+    """Return the meaning and unit of a quantity in a line."""
     unit = "" if quantity.unit == "1" else f" [{quantity.unit}]"
     return f"{quantity.meaning or quantity.name}{unit}"

@@ -54,6 +54,11 @@ class Sweep:
         return self.config.measures
 
     @property
+    def dense(self) -> bool:
+        """Whether the state must be seen after every step: by a measure, or because it may leave the domain."""
+        return self.measures.dense or self.model.limited
+
+    @property
     def start_axes(self) -> tuple[str, ...]:
         """The axes along which initial states vary; the others are over parameters."""
         states = set(self.model.state_names)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from quavsweep.config.json_schema import describe
-from quavsweep.models import NAMES, Example, Model
+from quavsweep.models import NAMES, Example, Model, State
 
 _TEXT = """\
 # A sweep of {model}: {source}.
@@ -37,15 +37,12 @@ integrate:
 
 # What is recorded of each cell.
 measures:
-  lyapunov:
-    exponents: {exponents}  # number of exponents, largest first
-    block: {block}  # steps between two orthonormalisations
-    # last_from_trace: true  # the last exponent from the mean divergence: faster, but without that self-check
+{lyapunov}
   # orbit: {{every: {every:g}}}  # the state at even times
   # samples: {{maxima: {state}, max: 100}}  # or section: {{of: {state}, at: 0, direction: up}}, or every: a time
-  # peak: {{of: [{state}], until: {until:g}}}  # largest magnitude
+{peak}  # statistics: {{of: [{state}]}}  # mean with its error, least and largest value, changes of sign
   # first_time: {{of: {state}, above: 1, until: {until:g}}}  # when a state first exceeds a value
-  # last_time: {{of: {state}, at: 0}}  # when a state last has a value
+  # last_time: {{of: {state}, at: 0}}  # when a state last has a value{observables}
 
 # End a cell once its end is certified.
 stop_early: true
@@ -56,6 +53,15 @@ classify:
   neutral: 2  # and within so often the departure of its growth from a straight line, over the time averaged
   digits: 1.5  # to which weighted averages along a regular orbit agree
 """
+_LYAPUNOV = """\
+  lyapunov:
+    exponents: {exponents}  # number of exponents, largest first
+    block: {block}  # steps between two orthonormalisations
+    # last_from_trace: true  # the last exponent from the mean divergence: faster, but without that self-check"""
+_NO_LYAPUNOV = """\
+  peak: {{of: [{state}]}}  # largest magnitude
+  # lyapunov: {{exponents: {exponents}, block: {block}}}  # Lyapunov exponents, largest first"""
+_PEAK = "  # peak: {{of: [{state}], until: {until:g}}}  # largest magnitude\n"
 
 
 def _example(model: Model) -> Example:
@@ -71,7 +77,7 @@ def make_template(model: Model, name: str) -> str:
     example = model.example or _example(model)
     states = {state.name: state for state in model.states}
     parameters = [f"#   {p.name}: {p.default:g}  # {describe(p)}" for p in model.parameters]
-    initial = [f"  {name}: {value:g}  # {describe(states[name])}" for name, value in example.initial.items()]
+    initial = [f"  {name}: {value:g}  # {_in_domain(states[name])}" for name, value in example.initial.items()]
     axes = [
         f"  {name}: {{start: {first:g}, stop: {last:g}, num: {number}}}  # {describe(model.quantity(name))}"
         for name, (first, last, number) in example.axes.items()
@@ -90,9 +96,28 @@ def make_template(model: Model, name: str) -> str:
         transient=example.transient,
         duration=example.duration,
         segment=(example.transient + example.duration) / 16,
-        exponents=len(model.states),
-        block=example.block,
+        lyapunov=_lyapunov(model, example),
+        peak="" if example.exponents == 0 else _PEAK.format(state=model.state_names[0], until=1000 * example.dt),
+        observables=_observables(model),
         state=model.state_names[0],
         every=5 * example.dt,
         until=1000 * example.dt,
     )
+
+
+def _lyapunov(model: Model, example: Example) -> str:
+    """Return the lines of the measure `lyapunov`, or of another one where exponents are not worth their time."""
+    exponents = len(model.states) if example.exponents is None else example.exponents
+    text = _LYAPUNOV if exponents else _NO_LYAPUNOV
+    return text.format(exponents=exponents or len(model.states), block=example.block, state=model.state_names[0])
+
+
+def _observables(model: Model) -> str:
+    """Return lines that list the observables of a model."""
+    listed = [f"  #   {o.name}  # {describe(o)}" for o in model.observables]
+    return "\n".join(["", "  # Beside states, `of` and `maxima` may name:", *listed] if listed else [])
+
+
+def _in_domain(state: State) -> str:
+    """Return what a state is, and its domain if it has one."""
+    return f"{describe(state)}, {state.domain}" if state.limited else describe(state)

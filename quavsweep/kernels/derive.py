@@ -15,7 +15,7 @@ from quavsweep.kernels.program import TIME, TIME_SCALE, Assignment, Program, Ref
 from quavsweep.models.mistake import mistake, place, place_of_return, place_of_value
 
 if TYPE_CHECKING:
-    from quavsweep.models import Model
+    from quavsweep.models import Model, Observable
 
 LARGEST_POWER = 16
 FUNCTIONS = {
@@ -44,9 +44,7 @@ def derive(model: Model) -> Program:
         If the equations cannot be evaluated with symbols, or use a function that is not supported; with the line
         where that is known.
     """
-    u = [sp.Symbol(f"u_{name}", real=True) for name in model.state_names]
-    p = [sp.Symbol(f"p_{name}", real=True) for name in model.parameter_names]
-    time = sp.Symbol(TIME, real=True)
+    u, p, time = _symbols(model)
     rhs = _derivatives(model, u, p, time)
     period = _period(model, p)
     try:
@@ -57,6 +55,55 @@ def derive(model: Model) -> Program:
         if model.forcing_period is not None and not _compilable(period, u):
             raise ModelError(error.what, place(model.forcing_period), error.possible) from error
         raise ModelError(error.what, _place(model, u, p, time), error.possible) from error
+
+
+def derive_observables(model: Model) -> Program:
+    """Return the program of a model's observables: first their values, then their rates of change along orbits.
+
+    Raises
+    ------
+    ModelError
+        If an observable cannot be evaluated with symbols, or uses a function that is not supported.
+    """
+    u, p, time = _symbols(model)
+    derivatives = [as_choices(f, model.name) for f in _derivatives(model, u, p, time)]
+    known = {**dict(zip((*model.state_names, *model.parameter_names), (*u, *p), strict=True)), "t": time}
+    values = [_observed(observable, known) for observable in model.observables]
+    flow = [*zip(u, derivatives, strict=True), (time, sp.Integer(1))]
+    rates = [sp.Add(*(sp.diff(value, x) * f for x, f in flow)) for value in values]
+    writer = _Writer(model.name, u)
+    refs = writer.write([*values, *(as_choices(rate, model.name) for rate in rates), _period(model, p)])
+    return Program(
+        states=tuple(x.name for x in u),
+        parameters=tuple(x.name for x in p),
+        coefficients=(),
+        assignments=tuple(writer.assignments),
+        rhs=tuple(refs[:-1]),
+        jacobian=(),
+        hessian=(),
+        period=refs[-1],
+    )
+
+
+def _observed(observable: Observable, known: dict[str, sp.Symbol]) -> sp.Expr:
+    """Return an observable as an expression that can be compiled."""
+    try:
+        value = observable.value(known)
+    except Exception as error:  # whatever a user's function may raise
+        raise mistake(error, observable.function) from error
+    where = place_of_return(observable.function)
+    expression = as_choices(_expression(value, where, f"the observable {observable.name}"), where)
+    for unknown in (call for call in expression.atoms(sp.Function) if type(call) not in FUNCTIONS):
+        raise ModelError(f"{type(unknown).__name__} cannot be compiled", where, POSSIBLE)
+    _Writer(where, []).write([expression])
+    return expression
+
+
+def _symbols(model: Model) -> tuple[list[sp.Symbol], list[sp.Symbol], sp.Symbol]:
+    """Return the symbols of states, parameters and time."""
+    u = [sp.Symbol(f"u_{name}", real=True) for name in model.state_names]
+    p = [sp.Symbol(f"p_{name}", real=True) for name in model.parameter_names]
+    return u, p, sp.Symbol(TIME, real=True)
 
 
 def _program(

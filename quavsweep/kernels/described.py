@@ -18,6 +18,7 @@ class DescribedModel(Model):
     """A model that was read from its description: it has a program, but no equations to call."""
 
     program: Program | None = None
+    observed: Program | None = None
 
     def _check_functions(self) -> None:
         program = self.program

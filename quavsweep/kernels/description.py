@@ -16,9 +16,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from quavsweep.errors import ModelError
 from quavsweep.kernels.described import DescribedModel, no_equations
-from quavsweep.kernels.lookup import make_program
+from quavsweep.kernels.lookup import make_observables, make_program
 from quavsweep.kernels.program import OPERATIONS, TIME, TIME_SCALE, Program, Ref
-from quavsweep.models import NAMES, Model, Parameter, Relation, Section, State
+from quavsweep.models import NAMES, Model, Observable, Parameter, Relation, Section, State
 from quavsweep.models.model import NAME
 
 LARGEST = 2**25  # bytes
@@ -38,6 +38,8 @@ class _State(BaseModel):
     symbol: Text
     meaning: Text
     circle: float
+    low: float | None = None
+    high: float | None = None
 
 
 class _Parameter(BaseModel):
@@ -50,6 +52,14 @@ class _Parameter(BaseModel):
     low: float | None
     high: float | None
     open_low: bool
+
+
+class _Observable(BaseModel):
+    model_config = _STRICT
+    name: Name
+    unit: Text
+    symbol: Text
+    meaning: Text
 
 
 class _Relation(BaseModel):
@@ -77,6 +87,8 @@ class _Description(BaseModel):
     symmetries: list[list[int]] = Field(max_length=MOST)
     section: _Section | None
     program: dict[str, Any]
+    observables: list[_Observable] = Field(default=[], max_length=MOST)
+    observed: dict[str, Any] | None = None
 
 
 def describe_model(model: Model) -> str:
@@ -87,20 +99,24 @@ def describe_model(model: Model) -> str:
     ModelError
         If the equations cannot be compiled.
     """
-    parameters = [
-        {**asdict(p), "low": _finite(p.low), "high": _finite(p.high)} for p in model.parameters
-    ]  # JSON has no infinity
+    states, parameters = (
+        [{**asdict(item), "low": _finite(item.low), "high": _finite(item.high)} for item in items]
+        for items in (model.states, model.parameters)
+    )  # JSON has no infinity
+    observables = [{key: getattr(o, key) for key in _Observable.model_fields} for o in model.observables]
     data = {
         "name": model.name,
         "source": model.source,
         "time_unit": model.time_unit,
         "bound": model.bound,
-        "states": [asdict(state) for state in model.states],
+        "states": states,
         "parameters": parameters,
         "relations": [{"text": relation.text, "meaning": relation.meaning} for relation in model.relations],
         "symmetries": model.symmetries,
         "section": asdict(model.section) if model.section else None,
         "program": json.loads(make_program(model).to_json()),
+        "observables": observables,
+        "observed": json.loads(make_observables(model).to_json()) if observables else None,
     }
     return json.dumps(data, sort_keys=True, allow_nan=False)
 
@@ -123,7 +139,9 @@ def read_description(text: str | bytes) -> DescribedModel:
         data = _Description.model_validate_json(text)
         program = Program.from_json(json.dumps(data.program))
         _check(program)
-        return _model(data, program)
+        observed = Program.from_json(json.dumps(data.observed)) if data.observed is not None else None
+        _check_observed(observed, program, len(data.observables))
+        return _model(data, program, observed)
     except ValidationError as error:
         first = error.errors()[0]
         raise ValueError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from error
@@ -131,15 +149,15 @@ def read_description(text: str | bytes) -> DescribedModel:
         raise ValueError(str(error)) from error
 
 
-def _model(data: _Description, program: Program) -> DescribedModel:
+def _model(data: _Description, program: Program, observed: Program | None) -> DescribedModel:
     if data.name in NAMES:
         raise ValueError(f"{data.name} is a model of the catalogue")
     forced = program.forced
     return DescribedModel(
         name=data.name,
         rhs=no_equations,
-        states=tuple(State(**state.model_dump()) for state in data.states),
-        parameters=tuple(_parameter(parameter) for parameter in data.parameters),
+        states=tuple(State(**_with_ends(state)) for state in data.states),
+        parameters=tuple(Parameter(**_with_ends(parameter)) for parameter in data.parameters),
         relations=tuple(Relation(r.text, lambda: True, r.meaning) for r in data.relations),
         symmetries=tuple(tuple(signs) for signs in data.symmetries),
         section=Section(**data.section.model_dump()) if data.section else None,
@@ -148,16 +166,44 @@ def _model(data: _Description, program: Program) -> DescribedModel:
         time_unit=data.time_unit,
         source=data.source,
         program=program,
+        observables=tuple(Observable(o.name, no_equations, o.unit, o.symbol, o.meaning) for o in data.observables),
+        observed=observed,
     )
 
 
-def _parameter(data: _Parameter) -> Parameter:
+def _with_ends(data: _State | _Parameter) -> dict[str, Any]:
+    """Return the fields of a quantity, with infinite ends of its domain where it has none."""
     low, high = (-math.inf if data.low is None else data.low), (math.inf if data.high is None else data.high)
-    return Parameter(**{**data.model_dump(), "low": low, "high": high})
+    return {**data.model_dump(), "low": low, "high": high}
 
 
 def _check(program: Program) -> None:
-    """Refuse a program that does not hang together: names, operations, order and shapes."""
+    """Refuse a program of equations that does not hang together: names, operations, order and shapes."""
+    known = _check_assignments(program)
+    size = len(program.states)
+    _hold(len(program.rhs) == len(program.jacobian) == len(program.hessian) == size > 0, "a shape is wrong")
+    _hold(all(len(row) == size for row in program.jacobian), "a shape is wrong")
+    _hold(all(len(matrix) == size and all(len(row) == size for row in matrix) for matrix in program.hessian), "a shape")
+    hessian = (ref for matrix in program.hessian for row in matrix for ref in row)
+    for ref in (*program.rhs, *(ref for row in program.jacobian for ref in row), *hessian, program.period):
+        _check_ref(ref, known)
+
+
+def _check_observed(observed: Program | None, program: Program, count: int) -> None:
+    """Refuse a program of observables that does not hang together, or is not of the same quantities."""
+    _hold((observed is not None) == (count > 0), "observables have a program, and nothing else has one")
+    if observed is None:
+        return
+    known = _check_assignments(observed)
+    _hold((observed.states, observed.parameters) == (program.states, program.parameters), "observables are of others")
+    _hold(observed.forced == program.forced and len(observed.rhs) == 2 * count, "a shape is wrong")
+    _hold(not observed.coefficients and not observed.jacobian and not observed.hessian, "a shape is wrong")
+    for ref in (*observed.rhs, observed.period):
+        _check_ref(ref, known)
+
+
+def _check_assignments(program: Program) -> set[str]:
+    """Refuse names, operations and an order that are wrong; return all names that have a value."""
     known = {TIME_SCALE, *([TIME] if program.forced else [])}
     for names, prefix in ((program.states, "u_"), (program.parameters, "p_")):
         for name in names:
@@ -176,14 +222,8 @@ def _check(program: Program) -> None:
         for ref in arguments:
             _check_ref(ref, known)
         known.add(target)
-    size = len(program.states)
     _hold(all(isinstance(name, str) and name in known for name in program.coefficients), "a coefficient is unknown")
-    _hold(len(program.rhs) == len(program.jacobian) == len(program.hessian) == size > 0, "a shape is wrong")
-    _hold(all(len(row) == size for row in program.jacobian), "a shape is wrong")
-    _hold(all(len(matrix) == size and all(len(row) == size for row in matrix) for matrix in program.hessian), "a shape")
-    hessian = (ref for matrix in program.hessian for row in matrix for ref in row)
-    for ref in (*program.rhs, *(ref for row in program.jacobian for ref in row), *hessian, program.period):
-        _check_ref(ref, known)
+    return known
 
 
 def _check_ref(ref: Ref, known: set[str]) -> None:

@@ -1,11 +1,13 @@
-"""The program of a model: from the cache if its equations have been derived before, derived otherwise."""
+"""The programs of a model, of its equations and its observables: from the cache, or derived if they are new."""
 
 from __future__ import annotations
 
 import hashlib
 import inspect
+import sys
+from collections.abc import Callable
 from importlib.metadata import version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from quavsweep.kernels.cache import cache_folder, write_once
 from quavsweep.kernels.described import DescribedModel
@@ -14,6 +16,8 @@ from quavsweep.kernels.syntax import syntax_digest
 
 if TYPE_CHECKING:
     from quavsweep.models import Model
+
+_MODELS = "quavsweep.models."
 
 
 def make_program(model: Model) -> Program:
@@ -26,28 +30,54 @@ def make_program(model: Model) -> Program:
     """
     if isinstance(model, DescribedModel) and model.program is not None:
         return model.program
-    key = _key(model)
+
+    def derived() -> Program:
+        from quavsweep.kernels.derive import derive
+
+        return derive(model)
+
+    return _cached("program", _key(model, _sources), derived)
+
+
+def make_observables(model: Model) -> Program:
+    """Return the program of a model's observables: `rhs` has their values, then their rates of change along orbits.
+
+    Raises
+    ------
+    ModelError
+        If an observable cannot be compiled.
+    """
+    if isinstance(model, DescribedModel) and model.observed is not None:
+        return model.observed
+    if not model.observables:
+        states, parameters = (f"u_{n}" for n in model.state_names), (f"p_{n}" for n in model.parameter_names)
+        return Program(tuple(states), tuple(parameters), (), (), (), (), ())
+
+    def derived() -> Program:
+        from quavsweep.kernels.derive import derive_observables
+
+        return derive_observables(model)
+
+    return _cached("observables", _key(model, _observed_sources), derived)
+
+
+def _cached(kind: str, key: str | None, derived: Callable[[], Program]) -> Program:
+    """Return the program of that key, derived if there is none."""
     if key is None:
-        return _derived(model)
-    path = cache_folder() / f"program_{key[:32]}.json"
+        return derived()
+    path = cache_folder() / f"{kind}_{key[:32]}.json"
     try:
         return Program.from_json(path.read_text())
     except (OSError, ValueError, TypeError, KeyError):
-        program = _derived(model)
+        program = derived()
         write_once(path, program.to_json())
         return program
 
 
-def _derived(model: Model) -> Program:
-    from quavsweep.kernels.derive import derive
-
-    return derive(model)
-
-
-def _key(model: Model) -> str | None:
-    """Return what a model's program depends on as a digest; None if the source of its functions is not to be had."""
+def _key(model: Model, sources_of: Callable[[Model], tuple[str, ...]]) -> str | None:
+    """Return what a program depends on as a digest; None if the source of its functions is not to be had."""
     try:
-        sources = _sources(model)
+        sources = sources_of(model)
     except (OSError, TypeError, ValueError):
         return None
     parts = (
@@ -65,10 +95,36 @@ def _key(model: Model) -> str | None:
 
 def _sources(model: Model) -> tuple[str, ...]:
     return (
-        # The whole module, because equations may read its constants and call its helpers, and what a closure holds.
-        syntax_digest(model.rhs),
-        syntax_digest(model.rhs.__module__),
-        repr(inspect.getclosurevars(model.rhs).nonlocals),
+        *_source(model.rhs),
         "forced" if model.forcing_period else "",
         syntax_digest(model.forcing_period.__module__) if model.forcing_period else "",
     )
+
+
+def _observed_sources(model: Model) -> tuple[str, ...]:
+    observed = ((o.name, str(o.component), *_source(o.function)) for o in model.observables)
+    return (*_sources(model), *(part for parts in observed for part in parts))
+
+
+def _source(function: Callable[..., Any]) -> tuple[str, ...]:
+    """Return digests of all that a function's value may depend on."""
+    return (
+        # The whole module, because functions may read its constants and call its helpers, and what a closure holds.
+        syntax_digest(function),
+        syntax_digest(function.__module__),
+        repr(inspect.getclosurevars(function).nonlocals),
+        *(syntax_digest(name) for name in sorted(_shared(function.__module__) - {function.__module__})),
+    )
+
+
+def _shared(module: str) -> set[str]:
+    """Return the modules of this package's models from which a module takes functions, and those from which they do."""
+    found: set[str] = set()
+    todo = [module]
+    while todo:
+        values = vars(sys.modules[todo.pop()]).values() if todo[-1] in sys.modules else ()
+        names = {value.__name__ if inspect.ismodule(value) else getattr(value, "__module__", "") for value in values}
+        new = {name for name in names if str(name).startswith(_MODELS)} - found
+        found |= new
+        todo += sorted(new)
+    return found

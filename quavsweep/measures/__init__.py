@@ -11,6 +11,7 @@ from quavsweep.clock import Clock
 from quavsweep.measures.dense import FirstTime, LastTime, Orbit, Peak, Samples, Section
 from quavsweep.measures.lyapunov import Lyapunov, counted
 from quavsweep.measures.measure import Measure, Problem
+from quavsweep.measures.statistics import Statistics
 from quavsweep.measures.variable import BASE, REGION_VARIABLE, STATUS_VARIABLE, Dimension, Evidence, Variable
 from quavsweep.measures.verdict import Verdict
 from quavsweep.models import Model
@@ -31,6 +32,7 @@ __all__ = [
     "Problem",
     "Samples",
     "Section",
+    "Statistics",
     "Variable",
     "Verdict",
 ]
@@ -46,9 +48,10 @@ class Measures(BaseModel):
     lyapunov: Lyapunov | None = Field(default=None, description="Lyapunov exponents with error bars")
     orbit: Orbit | None = Field(default=None, description="the state at even times")
     samples: Samples | None = Field(default=None, description="states on a section, at maxima, or at even times")
-    peak: Peak | None = Field(default=None, description="the largest magnitude of some states")
-    first_time: FirstTime | None = Field(default=None, description="when a state first exceeds a value")
-    last_time: LastTime | None = Field(default=None, description="when a state last has a value")
+    peak: Peak | None = Field(default=None, description="the largest magnitude of some states or observables")
+    first_time: FirstTime | None = Field(default=None, description="when a quantity first exceeds a value")
+    last_time: LastTime | None = Field(default=None, description="when a quantity last has a value")
+    statistics: Statistics | None = Field(default=None, description="mean, extremes, changes of sign of quantities")
     verdict: Verdict | None = Field(default=None, description="one tangent vector beyond the end, without lyapunov")
 
     @model_validator(mode="before")
@@ -77,6 +80,11 @@ class Measures(BaseModel):
     def dense(self) -> bool:
         """Whether some measure must see the state after every step."""
         return any(measure.dense for measure in self.chosen.values())
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """The states and observables that some measure looks at."""
+        return tuple(name for measure in self.chosen.values() for name in measure.watched)
 
     @property
     def block(self) -> int:

@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field, model_validator
 
 from quavsweep.clock import Clock
 from quavsweep.measures.lyapunov import counted
-from quavsweep.measures.measure import Measure, Problem, beyond_the_end, unknown_state
+from quavsweep.measures.measure import Measure, Problem, beyond_the_end, listed, problem_of_list, unknown_quantity
 from quavsweep.measures.variable import Dimension, Variable
 from quavsweep.models import Model
 
@@ -69,20 +69,22 @@ class Orbit(DenseMeasure):
 
 
 class Section(BaseModel):
-    """A plane in the space of states: one state has a fixed value."""
+    """A surface in the space of states: one state or observable has a fixed value."""
 
     model_config = Measure.model_config
 
-    of: str = Field(description="the state")
+    of: str = Field(description="the state or observable")
     at: float = Field(default=0.0, description="its value there, in its unit")
     direction: Literal["up", "down", "both"] = Field(default="up", description="which crossings count")
 
 
 class Samples(DenseMeasure):
-    """States on a section, at maxima of a state, or at even times, once the transient is over."""
+    """States on a section, at maxima of a quantity, or at even times, once the transient is over."""
 
     section: Section | None = Field(default=None, description="sample the crossings of this plane")
-    maxima: str | None = Field(default=None, description="sample the maxima of this state; default the first state")
+    maxima: str | None = Field(
+        default=None, description="sample the maxima of this state or observable; default the first state"
+    )
     every: float | None = Field(default=None, gt=0, description="sample at multiples of this time, in the model's time")
     max: int = Field(default=400, ge=1, le=MAX_SAMPLES, description="samples kept per cell, the first ones")
 
@@ -92,6 +94,12 @@ class Samples(DenseMeasure):
         if len(given) > 1:
             raise ValueError(f"{' and '.join(given)} exclude each other; keep one")
         return self
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """What has a section or maxima."""
+        named = (self.maxima, self.section.of if self.section else None)
+        return tuple(name for name in named if name is not None)
 
     @property
     def evidence(self) -> tuple[Variable, ...]:
@@ -109,9 +117,9 @@ class Samples(DenseMeasure):
     def problem(self, model: Model, clock: Clock) -> Problem | None:
         """Return what is wrong with the section."""
         if self.section is not None:
-            return unknown_state(self.section.of, "section.of", model)
+            return unknown_quantity(self.section.of, "section.of", model)
         if self.maxima is not None:
-            return unknown_state(self.maxima, "maxima", model)
+            return unknown_quantity(self.maxima, "maxima", model)
         return beyond_the_end(self.every, "every", clock)
 
     def rounded(self, model: Model, clock: Clock) -> Self:
@@ -124,10 +132,15 @@ class Samples(DenseMeasure):
 
 
 class Peak(DenseMeasure):
-    """The largest magnitude of some states, with its sign and time; no cell ends before `until`."""
+    """The largest magnitude of some quantities, with its sign and time; no cell ends before `until`."""
 
-    of: list[str] = Field(min_length=1, description="the states")
+    of: list[str] = Field(min_length=1, description="the states and observables")
     until: float | None = Field(default=None, gt=0, description="from t = 0 until then; default the end of the run")
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """The states and observables."""
+        return tuple(self.of)
 
     @property
     def evidence(self) -> tuple[Variable, ...]:
@@ -138,16 +151,12 @@ class Peak(DenseMeasure):
         )
 
     def dimensions(self, model: Model, clock: Clock) -> tuple[Dimension, ...]:
-        """Return the states."""
-        units = tuple(model.quantity(name).unit for name in self.of)
-        return (Dimension("peak_of", np.array(self.of, dtype=object), "state variable", component_units=units),)
+        """Return the quantities."""
+        return (listed("peak_of", self.of, model),)
 
     def problem(self, model: Model, clock: Clock) -> Problem | None:
-        """Return what is wrong with states or time."""
-        if len(set(self.of)) < len(self.of):
-            return Problem("of", "a state is given twice", "name each once")
-        unknown = (unknown_state(name, "of", model) for name in self.of)
-        return next((p for p in unknown if p is not None), beyond_the_end(self.until, "until", clock))
+        """Return what is wrong with quantities or time."""
+        return problem_of_list(self.of, model) or beyond_the_end(self.until, "until", clock)
 
     def rounded(self, model: Model, clock: Clock) -> Self:
         """Return it with whole steps."""
@@ -159,10 +168,10 @@ class Peak(DenseMeasure):
 
 
 class FirstTime(DenseMeasure):
-    """When a state is first above, or below, a value; no cell ends before `until`."""
+    """When a quantity is first above, or below, a value; no cell ends before `until`."""
 
-    of: str = Field(description="the state")
-    above: float | None = Field(default=None, description="the value to exceed, in the state's unit")
+    of: str = Field(description="the state or observable")
+    above: float | None = Field(default=None, description="the value to exceed, in its unit")
     below: float | None = Field(default=None, description="or the value to fall below")
     until: float | None = Field(default=None, gt=0, description="from t = 0 until then; default the end of the run")
 
@@ -178,13 +187,18 @@ class FirstTime(DenseMeasure):
         return (self.above, "up") if self.above is not None else (self.below or 0.0, "down")
 
     @property
+    def watched(self) -> tuple[str, ...]:
+        """The state or observable."""
+        return (self.of,)
+
+    @property
     def evidence(self) -> tuple[Variable, ...]:
         """The time, NaN where it does not happen."""
         return (Variable("first_time", (), "float64", "time", "first time beyond the limit, from t = 0; NaN if never"),)
 
     def problem(self, model: Model, clock: Clock) -> Problem | None:
         """Return what is wrong with state or time."""
-        return unknown_state(self.of, "of", model) or beyond_the_end(self.until, "until", clock)
+        return unknown_quantity(self.of, "of", model) or beyond_the_end(self.until, "until", clock)
 
     def rounded(self, model: Model, clock: Clock) -> Self:
         """Return it with whole steps."""
@@ -196,10 +210,15 @@ class FirstTime(DenseMeasure):
 
 
 class LastTime(DenseMeasure):
-    """When a state last has a value, in either direction, before the integration ends."""
+    """When a quantity last has a value, in either direction, before the integration ends."""
 
-    of: str = Field(description="the state")
-    at: float = Field(default=0.0, description="the value, in the state's unit")
+    of: str = Field(description="the state or observable")
+    at: float = Field(default=0.0, description="the value, in its unit")
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """The state or observable."""
+        return (self.of,)
 
     @property
     def evidence(self) -> tuple[Variable, ...]:
@@ -208,7 +227,7 @@ class LastTime(DenseMeasure):
 
     def problem(self, model: Model, clock: Clock) -> Problem | None:
         """Return what is wrong with the state."""
-        return unknown_state(self.of, "of", model)
+        return unknown_quantity(self.of, "of", model)
 
 
 def rounded_end(until: float | None, clock: Clock) -> float | None:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from quavsweep.clock import Clock
 from quavsweep.measures.variable import Dimension, Variable
 from quavsweep.models import Model
+from quavsweep.nearest import nearest
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,11 @@ class Measure(BaseModel):
         return False
 
     @property
+    def watched(self) -> tuple[str, ...]:
+        """The states and observables whose course it follows."""
+        return ()
+
+    @property
     def evidence(self) -> tuple[Variable, ...]:
         """What it records, beside the base evidence."""
         return ()
@@ -71,11 +79,27 @@ class Measure(BaseModel):
         return 0
 
 
-def unknown_state(name: str, key: str, model: Model) -> Problem | None:
-    """Return the problem of an option that should name a state of the model."""
-    if name in model.state_names:
+def unknown_quantity(name: str, key: str, model: Model) -> Problem | None:
+    """Return the problem of an option that should name a state or observable of the model."""
+    known = (*model.state_names, *model.observable_names)
+    if name in known:
         return None
-    return Problem(key, f"{model.name} has no state {name}", f"it has {', '.join(model.state_names)}")
+    what = "state or observable" if model.observables else "state"
+    return Problem(key, f"{model.name} has no {what} {name}{nearest(name, known)}", f"it has {', '.join(known)}")
+
+
+def problem_of_list(names: Sequence[str], model: Model) -> Problem | None:
+    """Return the problem of the option `of` that should name some states and observables of the model."""
+    if len(set(names)) < len(names):
+        return Problem("of", "a quantity is given twice", "name each once")
+    unknown = (unknown_quantity(name, "of", model) for name in names)
+    return next((problem for problem in unknown if problem is not None), None)
+
+
+def listed(dimension: str, names: Sequence[str], model: Model) -> Dimension:
+    """Return the dimension that counts some states and observables, each with its unit."""
+    units = tuple(model.quantity(name).unit for name in names)
+    return Dimension(dimension, np.array(names, dtype=object), "state variable or observable", component_units=units)
 
 
 def beyond_the_end(time: float | None, key: str, clock: Clock) -> Problem | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 
 from quavsweep.errors import ModelError
-from quavsweep.models.model import Example, Model, Parameter, Relation, Section, State
+from quavsweep.models.model import Example, Model, Observable, Parameter, Relation, Section, State
 
 NAMES = (
     "bldc",
@@ -16,6 +16,8 @@ NAMES = (
     "linear",
     "lorenz",
     "pmsm",
+    "quadrotor",
+    "quadrotor_attitude",
     "quadrotor_yaw",
     "rossler",
     "stuart_landau",
@@ -24,7 +26,18 @@ NAMES = (
 
 POSSIBLE = f"the catalogue has {', '.join(NAMES)}; --model FILE brings another"
 
-__all__ = ["NAMES", "POSSIBLE", "Example", "Model", "Parameter", "Relation", "Section", "State", "load_model"]
+__all__ = [
+    "NAMES",
+    "POSSIBLE",
+    "Example",
+    "Model",
+    "Observable",
+    "Parameter",
+    "Relation",
+    "Section",
+    "State",
+    "load_model",
+]
 
 
 def load_model(name: str) -> Model:

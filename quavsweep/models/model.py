@@ -28,7 +28,8 @@ RESERVED = frozenset(
         *("attractor_share_se", "kind", "starts", "basin_share", "basin_share_se", "lifetime", "lifetime_se"),
         *("lifetime_after", "lifetime_p", "lifetime_at_least", "chaotic_share", "chaotic_share_se"),
         *("growth_departure", "birkhoff_digits", "chaotic_until", "cycle_symmetry", "cycle_point"),
-        *("multiplier_re", "multiplier_im"),
+        *("multiplier_re", "multiplier_im", "statistic_of", "statistic_sum", "statistic_mean", "statistic_mean_se"),
+        *("statistic_min", "statistic_max", "sign_changes"),
     ]
 )
 
@@ -43,7 +44,8 @@ def _make_float(owner: Any, *names: str) -> None:
 class State:
     """A state variable: its ASCII name, its unit, and its symbol in figures (LaTeX without dollars).
 
-    `circle` is the length of a turn where the variable is an angle that wraps, 0 where it is not.
+    `circle` is the length of a turn where the variable is an angle that wraps, 0 where it is not. The equations make
+    sense in the open interval from `low` to `high`; an orbit that comes to its ends has left the domain.
     """
 
     name: str
@@ -51,9 +53,27 @@ class State:
     symbol: str = ""
     meaning: str = ""
     circle: float = 0.0
+    low: float = -math.inf
+    high: float = math.inf
 
     def __post_init__(self) -> None:
-        _make_float(self, "circle")
+        _make_float(self, "circle", "low", "high")
+
+    @property
+    def limited(self) -> bool:
+        """Whether the equations make sense in a part of its values only."""
+        return self.low > -math.inf or self.high < math.inf
+
+    @property
+    def domain(self) -> str:
+        """The domain in words, empty if there is none."""
+        low = f"> {self.low:.10g}" if self.low > -math.inf else ""
+        high = f"< {self.high:.10g}" if self.high < math.inf else ""
+        return " and ".join(part for part in (low, high) if part)
+
+    def admits(self, value: Any) -> Any:
+        """Whether a value, or each value of an array, lies in the domain; NaN does not."""
+        return (value > self.low) & (value < self.high)
 
 
 @dataclass(frozen=True)
@@ -86,6 +106,50 @@ class Parameter:
         """Whether a value, or each value of an array, lies in the domain."""
         above = value > self.low if self.open_low else value >= self.low
         return above & (value <= self.high)
+
+
+@dataclass(frozen=True)
+class Observable:
+    """A quantity that states and parameters give, such as an energy or a force.
+
+    Parameters
+    ----------
+    name : str
+        As measures and figures call it.
+    function : callable
+        Takes those states and parameters by name that it needs, and `t` if the system is forced; under the rules of
+        the model's `rhs`, which it may call.
+    unit, symbol, meaning : str
+    component : int, optional
+        Which component it is of what the function returns, where that is a vector.
+    """
+
+    name: str
+    function: Callable[..., Any]
+    unit: str = "1"
+    symbol: str = ""
+    meaning: str = ""
+    component: int | None = None
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """The names of what the function takes."""
+        return tuple(inspect.signature(self.function).parameters)
+
+    def value(self, known: Mapping[str, Any]) -> Any:
+        """Return its value where states, parameters and time have these values by name."""
+        value = self.function(**{name: known[name] for name in self.arguments})
+        return value if self.component is None else value[self.component]
+
+
+def vector(
+    name: str, function: Callable[..., Any], unit: str, symbol: str, meaning: str, axes: str = "xyz"
+) -> tuple[Observable, ...]:
+    """Return the components of a vector as observables; `{}` in its name and symbol stands for the axis."""
+    return tuple(
+        Observable(name.format(axis), function, unit, symbol.format(axis), f"{meaning}, {axis}", i)
+        for i, axis in enumerate(axes)
+    )
 
 
 @dataclass(frozen=True)
@@ -129,6 +193,8 @@ class Example:
         In the model's time.
     block : int
         Steps between two orthonormalisations.
+    exponents : int, optional
+        Lyapunov exponents that are worth their time; default all, none if it is 0.
     """
 
     initial: Mapping[str, float]
@@ -137,6 +203,7 @@ class Example:
     transient: float
     duration: float
     block: int = 25
+    exponents: int | None = None
 
 
 @dataclass(frozen=True)
@@ -169,6 +236,8 @@ class Model:
         Where the equations come from, with equation numbers.
     example : Example, optional
         A first sweep.
+    observables : tuple of Observable
+        What else of the system measures and figures can show.
 
     Raises
     ------
@@ -188,6 +257,7 @@ class Model:
     time_unit: str = "1"
     source: str = ""
     example: Example | None = None
+    observables: tuple[Observable, ...] = ()
 
     def __post_init__(self) -> None:
         _make_float(self, "bound")
@@ -199,7 +269,7 @@ class Model:
         """Refuse names that are not usable."""
         if not re.fullmatch(NAME, self.name):
             raise ModelError(f"{self.name!r} cannot be the name of a model", possible="letters, digits and _")
-        names = [*self.state_names, *self.parameter_names]
+        names = [*self.state_names, *self.parameter_names, *self.observable_names]
         for name in names:
             if not re.fullmatch(NAME, name) or name in RESERVED or names.count(name) > 1:
                 raise ModelError(f"the name {name} is taken, repeated or not a plain identifier", self.name)
@@ -223,6 +293,10 @@ class Model:
                 raise ModelError(what, self.name, f"it must be {parameter.domain or 'finite'}")
         if not self.bound > 0 or not all(0 <= state.circle < math.inf for state in self.states):
             raise ModelError("the bound and the circles of states are lengths", self.name, "numbers above 0")
+        for state in self.states:
+            if not state.low < state.high:
+                what = f"no value of {state.name} lies between {state.low:g} and {state.high:g}"
+                raise ModelError(what, self.name, "low < high")
 
     def _check_functions(self) -> None:
         """Refuse functions whose arguments are not the model's names."""
@@ -247,6 +321,19 @@ class Model:
                     what = f"forcing_period takes {name}, which is no parameter"
                     raise ModelError(what, place(self.forcing_period), f"there are {', '.join(self.parameter_names)}")
 
+        self._check_observables(names)
+
+    def _check_observables(self, names: Sequence[str]) -> None:
+        """Refuse observables that are no functions of the model's names."""
+        for observable in self.observables:
+            if not callable(observable.function):
+                what = f"{observable.name} is {observable.function!r}, which is no function"
+                raise ModelError(what, self.name, f"Observable('{observable.name}', lambda ...: ...)")
+            for name in observable.arguments:
+                if name not in names:
+                    what = f"{observable.name} takes {name}, which the model does not declare"
+                    raise ModelError(what, place(observable.function), f"there are {', '.join(names)}")
+
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order."""
@@ -256,6 +343,16 @@ class Model:
     def parameter_names(self) -> tuple[str, ...]:
         """Names of the parameters, in order."""
         return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def observable_names(self) -> tuple[str, ...]:
+        """Names of the observables, in order."""
+        return tuple(observable.name for observable in self.observables)
+
+    @property
+    def limited(self) -> bool:
+        """Whether orbits can leave the domain of the equations."""
+        return any(state.limited for state in self.states)
 
     @property
     def defaults(self) -> dict[str, float]:
@@ -306,13 +403,18 @@ class Model:
             size[:, i] = np.where(np.isfinite(size[:, i]), 0.0, size[:, i])
         return np.asarray((self.bound >= size.T).all(axis=0))
 
-    def quantity(self, name: str) -> State | Parameter:
-        """Return the state or parameter of that name.
+    def inside(self, u: np.ndarray) -> np.ndarray:
+        """Return which states (D, ...) lie in the domain of the equations, (...) bool; those that are NaN do not."""
+        limited = [state.admits(u[i]) for i, state in enumerate(self.states) if state.limited]
+        return np.logical_and.reduce(limited) if limited else np.ones(u.shape[1:], dtype=bool)
+
+    def quantity(self, name: str) -> State | Parameter | Observable:
+        """Return the state, parameter or observable of that name.
 
         Raises
         ------
         KeyError
             If there is none.
         """
-        quantities: list[State | Parameter] = [*self.states, *self.parameters]
+        quantities: list[State | Parameter | Observable] = [*self.states, *self.parameters, *self.observables]
         return {item.name: item for item in quantities}[name]
