@@ -56,7 +56,9 @@ def write_netcdf(result: Result, names: Sequence[str], path: Path) -> None:
     for name in names:
         _check(result, name)
     stored = result.stored
-    kept = {*names, *(dim for name in names for dim in stored.dims[name])}
+    dims = {dim for name in names for dim in stored.dims[name]}
+    along = {name for axis in result.sweep.grid.axes if axis.name in dims for name, _ in axis.along}
+    kept = {*names, *dims, *along}
     write_copy(stored, kept, path)
 
 

@@ -1,4 +1,4 @@
-"""Passes: cells that are undecided at the end of a sweep go on, each pass twice as long, from their checkpoints."""
+"""Passes: cells whose end is not known at that of a sweep go on, each pass twice as long, from their checkpoints."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from quavsweep.classify import undecided
+from quavsweep.classify import unsettled
 from quavsweep.codes import Status
 from quavsweep.config import Sweep
 from quavsweep.measures import Evidence
@@ -31,7 +31,7 @@ def with_passes(sweep: Sweep, evidence: Evidence, go_on: GoOn) -> tuple[Evidence
     for end in sweep.pass_ends():
         going = (evidence["status"] == Status.TIME_OVER) & (evidence["steps"] == begin)
         rows = (
-            np.flatnonzero(going & undecided(sweep.until(begin), evidence)) if going.any() else np.zeros(0, dtype=int)
+            np.flatnonzero(going & unsettled(sweep.until(begin), evidence)) if going.any() else np.zeros(0, dtype=int)
         )
         if not rows.size:
             break

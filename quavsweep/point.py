@@ -99,7 +99,9 @@ def compute_point(sweep: Sweep, values: Mapping[str, float], stopped: Callable[[
     else:
         until, exponents, errors = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0))
     time, orbit = _orbit(single, int(evidence["steps"][0]), stopped)
-    named = tuple(name for name in values if name in single.parameters or name in single.config.initial)
+    numbered = {q for axis in sweep.grid.axes if axis.name in values for q in axis.quantities}
+    asked = numbered.intersection(single.parameters) | set(values)
+    named = tuple(name for name in (*single.parameters, *single.config.initial) if name in asked)
     return Point(single, result, time, orbit, until, exponents, errors, indices, named)
 
 
@@ -137,9 +139,11 @@ def _single(sweep: Sweep, values: Mapping[str, float]) -> tuple[Sweep, tuple[int
         if axis.name in values:
             index = _index(axis, values[axis.name])
         elif set(axis.quantities) <= set(values):
-            index = None
+            index = _common_index(axis, values)
         else:
-            raise ConfigError(f"{axis.name} has no value", possible=f"give {', '.join(f'{n}=...' for n in axes)}")
+            along = f", or {' '.join(f'{n}=...' for n in axis.quantities)}" if axis.along else ""
+            possible = f"give {', '.join(f'{n}=...' for n in axes)}{along}"
+            raise ConfigError(f"{axis.name} has no value", possible=possible)
         if index is not None:
             indices.append(index)
             own |= axis.at(index)
@@ -158,6 +162,15 @@ def _index(axis: Axis, value: float) -> int | None:
     if axis.along:
         raise ConfigError(f"{axis.name} has no number {value:g}", possible=f"a whole number from 0 to {along[-1]}")
     return None
+
+
+def _common_index(axis: Axis, values: Mapping[str, float]) -> int | None:
+    """Return the index at which all quantities along an axis have the values that are given, None if there is none."""
+    near = np.ones(len(axis), dtype=bool)
+    for name, known in axis.quantities.items():
+        along, value = np.asarray(known), values[name]
+        near &= np.abs(along - value) <= SAME * max(float(np.ptp(along)), abs(value))
+    return int(np.argmax(near)) if near.any() else None
 
 
 def _check(sweep: Sweep, name: str, value: float) -> None:

@@ -192,7 +192,7 @@ class Identity:
     toolchain : str
         Of everything else that changes its bits.
     end : str
-        Last step, and how much further undecided cells may go.
+        Last step, and how much further cells of which regions may go.
     rules : str
         Of the thresholds, of the code that uses them, and of what the model says of its quantities.
     subject : str
@@ -218,7 +218,8 @@ class Identity:
 def identify(sweep: Sweep) -> Identity:
     """Return the identity of a sweep on this machine."""
     evidence, tools = digest(evidence_parts(sweep)), digest(toolchain())
-    end = f"{sweep.clock.steps}-{sweep.most_steps}"
+    effort = sweep.config.effort
+    end = f"{sweep.clock.steps}-{sweep.most_steps}{'-'.join(['', *effort.of]) if effort else ''}"
     model = sweep.model
     told = [repr(model.states), repr(model.parameters), model.time_unit, model.source]
     rules = [sweep.config.classify.model_dump(), *(syntax_digest(name) for name in RESULT_MODULES), *told]

@@ -12,8 +12,9 @@ import numpy as np
 
 from quavsweep.codes import Status
 from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
+from quavsweep.config.schema import ENSEMBLE
 from quavsweep.errors import ConfigError, DamageError
-from quavsweep.grid import Grid
+from quavsweep.grid import Axis, Grid
 from quavsweep.kernels.description import read_description
 from quavsweep.models import Model
 from quavsweep.provenance import identify
@@ -101,12 +102,14 @@ class Result:
         names = [axis.name for axis in self.sweep.grid.axes]
         index: dict[str, int] = {}
         for name, value in values.items():
-            if name not in names:
-                raise ConfigError(f"there is no axis {name}", possible=f"the axes are {', '.join(names) or 'none'}")
-            along = np.asarray(self.sweep.grid.axes[names.index(name)].values)
+            axis = self._axis_of(name)
+            along = np.asarray(axis.values if name == axis.name else axis.quantities[name])
             if not along.min() <= value <= along.max():
                 raise ConfigError(f"{name} has no value {value:g}", possible=f"{along.min():g} to {along.max():g}")
-            index[name] = int(np.argmin(np.abs(along - value)))
+            nearest = int(np.argmin(np.abs(along - value)))
+            if index.setdefault(axis.name, nearest) != nearest:
+                what = f"{name} = {value:g} is at {axis.name} = {nearest}, not at {index[axis.name]}"
+                raise ConfigError(what, possible="one of the quantities along a curve is enough")
         whole = self.stored
 
         def read(variable: str, part: Part) -> np.ndarray:
@@ -121,6 +124,15 @@ class Result:
         chosen = {n: v for name, i in index.items() for n, v in self.sweep.grid.axes[names.index(name)].at(i).items()}
         sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *chosen)
         return Result(sweep, Stored(data, dims, whole.attributes, whole.file_attributes), fixed)
+
+    def _axis_of(self, name: str) -> Axis:
+        """Return the axis of that name, or the curve along which that quantity varies; not that of drawn starts."""
+        axes = self.sweep.grid.axes
+        for axis in axes:
+            if name == axis.name or (axis.name != ENSEMBLE and name in axis.quantities):
+                return axis
+        known = [name for axis in axes for name in (axis.name, *(n for n, _ in axis.along if axis.name != ENSEMBLE))]
+        raise ConfigError(f"there is no axis {name}", possible=f"the axes are {', '.join(known) or 'none'}")
 
     @property
     def points(self) -> Result:

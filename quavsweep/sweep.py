@@ -218,7 +218,9 @@ def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
             raise DamageError("shards were damaged while they were read", str(folder.path), "run the sweep again")
         folder.write_config(dump_config(sweep.canonical()))
     if waiting:
-        what = f"{waiting} cells are undecided by these thresholds and have not gone on yet"
+        effort = sweep.config.effort
+        regions_of = " or ".join(effort.of if effort else ())
+        what = f"{waiting} cells are {regions_of} by these thresholds and have not gone on yet"
         raise StoppedError(what, str(folder.path), "the rest is labelled; run the sweep to let them go on")
     return folder.result
 

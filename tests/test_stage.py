@@ -150,3 +150,39 @@ def test_thresholds_that_make_other_cells_undecided_ask_for_a_run(tmp_path: Path
         reclassify(tmp_path / "a", ["classify.errors=30"])
     changed = parse_sweep(YAW + EFFORT, changes=["classify.errors=30"])
     assert run_sweep(changed, tmp_path / "a").read_bytes() == run_sweep(changed, tmp_path / "b").read_bytes()
+
+
+BOTH = "effort: {max_duration: 2400, of: [chaos, undecided]}\n"
+
+
+def test_chaos_goes_on_as_well_and_a_horizon_is_the_plain_run(tmp_path: Path) -> None:
+    text = _longer(YAW, 600).replace("num: 9", "num: 30")
+    plain = open_result(run_sweep(parse_sweep(text), tmp_path / "plain"))
+    run_sweep(parse_sweep(text + BOTH), tmp_path / "both", tile_cells=16)
+    both, seen = open_result(tmp_path / "both"), open_result(tmp_path / "both", 800.0)
+    went = np.isin(plain["region"], (Region.UNDECIDED, Region.CHAOS))
+    assert (plain["region"] == Region.CHAOS).any()
+    assert (both["time_used"][went] > 800).all()
+    for name in ("region", "lyapunov", "lyapunov_se", "time_used", "was_chaotic", "chaotic_until", "final_state"):
+        np.testing.assert_array_equal(seen[name], plain[name])
+        np.testing.assert_array_equal(both[name][~went], plain[name][~went])
+    longest = open_result(run_sweep(parse_sweep(_longer(text, 2400)), tmp_path / "longest"))
+    last = both["time_used"] == longest["time_used"].max()
+    assert (both["region"] == Region.CHAOS).any()
+    assert set(both["time_used"][both["region"] == Region.CHAOS]) == {longest["time_used"].max()}
+    np.testing.assert_array_equal(both["final_state"][last], longest["final_state"][last])
+    again = run_sweep(parse_sweep(text + BOTH), tmp_path / "again", tile_cells=45, workers=1)
+    assert again.read_bytes() == (tmp_path / "both" / "result.h5").read_bytes()
+
+
+def test_of_names_each_region_once() -> None:
+    effort = parse_sweep(YAW + BOTH).config.effort
+    assert effort is not None
+    assert effort.of == ["undecided", "chaos"]
+    default = parse_sweep(YAW + EFFORT).config.effort
+    assert default is not None
+    assert default.of == ["undecided"]
+    with pytest.raises(
+        ConfigError, match=r"effort.of \(item 1\): 'sink' is not accepted; it should be undecided or chaos"
+    ):
+        parse_sweep(YAW + BOTH.replace("chaos", "sink"))

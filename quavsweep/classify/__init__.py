@@ -19,7 +19,7 @@ from quavsweep.codes import Region
 from quavsweep.config import Sweep
 from quavsweep.measures import Evidence
 
-__all__ = ["classify", "convergence", "missing_sum", "missing_zero", "regions", "result_variables", "undecided"]
+__all__ = ["classify", "convergence", "missing_sum", "missing_zero", "regions", "result_variables", "unsettled"]
 
 AT_ONCE = 1024  # cells, so that what is computed on the way stays small
 
@@ -58,9 +58,10 @@ def regions(sweep: Sweep, evidence: Evidence) -> np.ndarray:
     return np.concatenate([np.zeros(0, np.int8), *found])
 
 
-def undecided(sweep: Sweep, evidence: Evidence) -> np.ndarray:
-    """Return which cells are undecided, (n,) bool: those that more time may decide."""
-    return np.asarray(regions(sweep, evidence) == Region.UNDECIDED)
+def unsettled(sweep: Sweep, evidence: Evidence) -> np.ndarray:
+    """Return which cells are in a region of which the effort is, (n,) bool: those that more time may settle."""
+    effort = sweep.config.effort
+    return np.isin(regions(sweep, evidence), [Region[name.upper()] for name in (effort.of if effort else ())])
 
 
 def _parts(evidence: Evidence) -> Iterator[tuple[slice, Evidence]]:

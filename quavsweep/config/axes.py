@@ -10,12 +10,14 @@ import numpy as np
 
 from quavsweep.config.ensemble import BOX, make_ensemble
 from quavsweep.config.place import Keys, Place
-from quavsweep.config.schema import ENSEMBLE, AnyAxis, AxisSection, Config, EnsembleSection
+from quavsweep.config.schema import ENSEMBLE, AnyAxis, AxisSection, Config, EnsembleSection, ValuesSection
+from quavsweep.config.zipped import AXES, check_zipped, given_values, is_list, is_zipped, make_zipped
 from quavsweep.grid import Axis, Grid
 from quavsweep.models import Model, Parameter, State
 
 MAX_CELLS = 10**12
-EITHER = "an axis is {start, stop, num} or {values}"
+EITHER = "an axis is {start, stop, num} or {values}, or {zip} of several quantities"
+ONE = "values are [a list], or {start, stop, num}"
 
 
 def make_grid(config: Config, model: Model, place: Place) -> Grid:
@@ -26,49 +28,45 @@ def make_grid(config: Config, model: Model, place: Place) -> Grid:
     ConfigError
         For an axis whose keys do not fit together.
     """
-    for name, section in _spaced(config).items():
-        _check_keys(("axes", name), section, place)
-        _check_ends(("axes", name), section, place)
-        _check_list(("axes", name), section, place)
+    for keys, section in given_values(config).items():
+        _check_keys(keys, section, place)
+        _check_ends(keys, section, place)
+        _check_list(keys, section, place)
+    check_zipped(config, place)
     _check_size(config, place)
     with np.errstate(over="ignore", invalid="ignore"):
         grid = Grid(tuple(_make_axis(name, section, model) for name, section in config.axes.items()))
-    spaced = _spaced(config)
-    for axis in grid.axes:
-        if axis.name in spaced:
-            _check_points(axis, spaced[axis.name], place)
+    along = {name: values for axis in grid.axes for name, values in axis.quantities.items()}
+    for keys, section in given_values(config).items():
+        _check_points(keys, along[str(keys[-1])], section, place)
     return grid
-
-
-def _spaced(config: Config) -> dict[str, AxisSection]:
-    """Return the axes whose values the config gives."""
-    return {name: section for name, section in config.axes.items() if isinstance(section, AxisSection)}
 
 
 def _make_axis(name: str, section: AnyAxis, model: Model) -> Axis:
     if isinstance(section, EnsembleSection):
         return make_ensemble(section.num, section.seed, section.box, model.state_names)
-    return Axis(name, section.points())
+    return make_zipped(name, section) if section.zip is not None else Axis(name, section.points())
 
 
-def _check_keys(axis: Keys, section: AxisSection, place: Place) -> None:
+def _check_keys(axis: Keys, section: ValuesSection, place: Place) -> None:
     """Refuse an axis that has too few or too many keys."""
+    either = ONE if is_zipped(axis) else EITHER
     spaced = [(*axis, key) for key in ("start", "stop", "num") if getattr(section, key) is not None]
     values = (*axis, "values")
     if section.values is not None and spaced:
         first = min([*spaced, values], key=place.line)
         named = " and ".join(place.other(key, first) for key in (spaced if first == values else [values]))
-        raise place.error(first, f"cannot stand beside {named}", EITHER)
+        raise place.error(first, f"cannot stand beside {named}", either)
     missing = [(*axis, key) for key in ("start", "stop", "num") if (*axis, key) not in spaced]
     if section.values is None and missing:
         first, *others = missing if spaced else [values, *missing]
         too = f", and so {'is' if len(others) == 1 else 'are'} {', '.join(str(key[-1]) for key in others)}" * bool(
             others
         )
-        raise place.error(first, f"is missing{too}", EITHER)
+        raise place.error(first, f"is missing{too}", either)
 
 
-def _check_ends(axis: Keys, section: AxisSection, place: Place) -> None:
+def _check_ends(axis: Keys, section: ValuesSection, place: Place) -> None:
     """Refuse ends that span nothing, and a logarithmic axis that touches zero."""
     start, stop, spacing = ((*axis, key) for key in ("start", "stop", "spacing"))
     if section.ends is None:
@@ -82,10 +80,10 @@ def _check_ends(axis: Keys, section: AxisSection, place: Place) -> None:
             raise place.error(key, what, "it must be above 0")
 
 
-def _check_list(axis: Keys, section: AxisSection, place: Place) -> None:
-    """Refuse a value that is given twice."""
+def _check_list(axis: Keys, section: ValuesSection, place: Place) -> None:
+    """Refuse a value that is given twice; a curve may come back to one of a zipped quantity."""
     first: dict[float, int] = {}
-    for i, value in enumerate(section.values or ()):
+    for i, value in enumerate(() if is_zipped(axis) else section.values or ()):
         if first.setdefault(value, i) != i:
             keys, earlier = (*axis, "values", i), (*axis, "values", first[value])
             raise place.error(keys, f"{value:g} is given twice; it is {place.other(earlier, keys)} already")
@@ -93,23 +91,26 @@ def _check_list(axis: Keys, section: AxisSection, place: Place) -> None:
 
 def _check_size(config: Config, place: Place) -> None:
     """Refuse more cells than an index can count."""
-    lengths = {name: section.num or len(section.values or ()) for name, section in _spaced(config).items()}
-    lengths |= {ENSEMBLE: config.ensemble.num} if config.ensemble else {}
+    lengths: dict[Keys, int] = {
+        (*AXES, name, "num" if section.num else "zip" if section.zip else "values"): section.length
+        for name, section in config.axes.items()
+        if isinstance(section, AxisSection)
+    }
+    lengths |= {(*AXES, ENSEMBLE, "num"): config.ensemble.num} if config.ensemble else {}
     size = math.prod(lengths.values())
     if size <= MAX_CELLS:
         return
-    keys = [("axes", name, "num" if config.axes[name].num else "values") for name in lengths]
-    first, *others = sorted(keys, key=lambda key: -lengths[key[1]])
+    first, *others = sorted(lengths, key=lambda key: -lengths[key])
     named = " and ".join(place.other(key, first) for key in others)
-    what = f"{lengths[first[1]]} values, with {named}, make {size:.3g} cells; that is too many"
+    what = f"{lengths[first]} values, with {named}, make {size:.3g} cells; that is too many"
     raise place.error(first, what, f"at most {MAX_CELLS:.0e}")
 
 
-def _check_points(axis: Axis, section: AxisSection, place: Place) -> None:
+def _check_points(axis: Keys, values: tuple[float, ...], section: ValuesSection, place: Place) -> None:
     """Refuse ends between which so many different numbers do not exist."""
-    if np.isfinite(axis.values).all() and len(set(axis.values)) == len(axis):
+    if section.values is not None or (np.isfinite(values).all() and len(set(values)) == len(values)):
         return
-    start, stop, num = (("axes", axis.name, key) for key in ("start", "stop", "num"))
+    start, stop, num = ((*axis, key) for key in ("start", "stop", "num"))
     named = f"{place.other(start, stop)} and {place.other(num, stop)}"
     raise place.error(stop, f"{section.stop!r}, with {named}, gives values that are not all different and finite")
 
@@ -139,11 +140,12 @@ def check_domains(model: Model, fixed: Mapping[str, float], config: Config, grid
 
 def _origin(name: str, index: int, config: Config, value: float) -> tuple[Keys, Any]:
     """Return the key that makes the value of a parameter or initial state what it is, and what it says."""
-    section = _spaced(config).get(name)
-    if section is None:
-        if config.ensemble is not None and name in config.ensemble.box:
-            return (*BOX, name), value
+    keys = config.varied.get(name)
+    if keys is None:
         return ("initial" if name in config.initial else "parameters", name), value
+    if keys[:3] == BOX:
+        return keys, value
+    section = given_values(config)[keys]
     if section.values is not None:
-        return ("axes", name, "values", index), value
-    return (("axes", name, "start"), value) if index == 0 else (("axes", name, "stop"), section.stop)
+        return (*keys, *(() if is_list(keys, config) else ("values",)), index), value
+    return ((*keys, "start"), value) if index == 0 else ((*keys, "stop"), section.stop)

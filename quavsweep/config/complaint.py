@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from quavsweep.config.expected import accepted, description, kind_of, section_keys
 from quavsweep.config.place import Document, Keys, escaped, quoted
-from quavsweep.config.schema import AXIS_TAG, ENSEMBLE_TAG
+from quavsweep.config.schema import TAGS
 from quavsweep.errors import ConfigError
 from quavsweep.nearest import nearest
 
@@ -59,7 +59,7 @@ def _is_late(item: Any) -> bool:
 
 
 def _keys(item: Any) -> Keys:
-    return tuple(key for key in item["loc"] if key not in ("[key]", AXIS_TAG, ENSEMBLE_TAG))
+    return tuple(key for key in item["loc"] if key not in ("[key]", *TAGS))
 
 
 def _complaint(item: Any, document: Document) -> Complaint:
@@ -91,6 +91,8 @@ def _missing(keys: Keys, item: Any, document: Document) -> Complaint:
 
 def _no_mapping(keys: Keys, item: Any, document: Document) -> Complaint:
     possible = section_keys(keys)
+    if ", or " in accepted(keys):  # a mapping is but one of what may stand here
+        return _not_accepted(keys, item, document)
     colon = isinstance(item["input"], str) and ":" in item["input"]
     what = f", {quoted(item['input'])} has no blank after the colon" if colon else ""
     keys_of_it = f"possible keys are {', '.join(possible)}" if possible else ""

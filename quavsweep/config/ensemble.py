@@ -75,7 +75,7 @@ def check_ensemble(config: Config, model: Model, place: Place) -> None:
         if name not in model.state_names:
             what = f"{model.name} has no such state{nearest(name, model.state_names)}"
             raise place.error(keys, what, f"it has {states}")
-        if name in config.axes:
+        if name in config.axes:  # what a zipped axis varies as well is told there
             varied = place.other(("axes", name), keys)
             raise place.error(keys, f"is drawn here and varied in {varied}", "keep one of the two")
         if not low < high or not np.isfinite(high - low):

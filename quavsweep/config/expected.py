@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import types
+from itertools import zip_longest
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from quavsweep.config.place import Keys
-from quavsweep.config.schema import ENSEMBLE, AnyAxis, AxisSection, Config, EnsembleSection
+from quavsweep.config.schema import ENSEMBLE, AnyAxis, AnyValues, AxisSection, Config, EnsembleSection, ValuesSection
 from quavsweep.models import POSSIBLE
 
 ONE = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
@@ -19,7 +20,8 @@ MANY = {int: "whole numbers", float: "numbers", str: "words"}
 def section_keys(keys: Keys) -> list[str]:
     """Return the keys that the schema has at a place."""
     kind, _ = _at(keys)
-    return list(kind.model_fields) if _is_section(kind) else []
+    sections = [part for part in map(_without_none, get_args(kind) or (kind,)) if _is_section(part)]
+    return list(sections[0].model_fields) if len(sections) == 1 else []
 
 
 def accepted(keys: Keys) -> str:
@@ -45,22 +47,27 @@ def _at(keys: Keys) -> tuple[Any, FieldInfo | None]:
     """Return type and description of what stands at a key."""
     kind: Any = Config
     info = None
-    for key in keys:
+    for key, following in zip_longest(keys, keys[1:]):
         if _is_section(kind) and key in kind.model_fields:
             info = kind.model_fields[str(key)]
             kind = _without_none(info.annotation)
         elif get_origin(kind) is dict or (get_origin(kind) is list and isinstance(key, int)):
-            kind, info = _without_none(_member(get_args(kind)[-1], key)), None
+            kind, info = _without_none(_member(get_args(kind)[-1], key, following)), None
         else:
             return None, None
     return kind, info
 
 
-def _member(kind: Any, key: str | int) -> Any:
-    """Return the kind of axis that stands under a key, where there are several."""
-    if kind is not AnyAxis:
-        return kind
-    return EnsembleSection if key == ENSEMBLE else AxisSection
+def _member(kind: Any, key: str | int, following: str | int | None) -> Any:
+    """Return the kind of axis, or of values, that stands under a key, where there are several.
+
+    What follows the key tells a list from a mapping; where nothing follows, both are possible.
+    """
+    if kind is AnyAxis:
+        return EnsembleSection if key == ENSEMBLE else AxisSection
+    if kind is AnyValues and following is not None:
+        return list[float] if isinstance(following, int) else ValuesSection
+    return kind
 
 
 def _is_section(kind: Any) -> bool:
@@ -86,7 +93,7 @@ def _words(kind: Any, limits: list[Any]) -> str:
         many = MANY.get(get_args(kind)[0], "mappings")
         return f"a list of {many}{_length(limits)}"
     if origin in (Union, types.UnionType):
-        parts = (_words(part, []) for part in get_args(kind) if part is not type(None))
+        parts = (_words(_without_none(part), []) for part in get_args(kind) if part is not type(None))
         return ", or ".join(part for part in parts if part)
     if _is_section(kind):
         return f"a mapping with the keys {', '.join(kind.model_fields)}"

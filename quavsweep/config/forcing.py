@@ -35,10 +35,10 @@ def forcing_period(model: Model, fixed: Mapping[str, float], grid: Grid, place: 
         return 0.0
     values = {**fixed, **{name: float(along[0]) for name, along in grid.coordinates(0, 1).items()}}
     for axis in grid.axes:
-        if axis.name in model.forcing_arguments and len(axis) > 1:
-            what = f"{axis.name} changes the period of the forcing, so no step fits into it in all cells"
+        for name in [n for n, v in axis.quantities.items() if n in model.forcing_arguments and len(set(v)) > 1]:
+            what = f"{name} changes the period of the forcing, so no step fits into it in all cells"
             possible = "give it one value; or let the forcing's phase be a state on a circle, whose rate is a parameter"
-            raise place.error(("axes", axis.name), what, possible)
+            raise place.error(("axes", axis.name, *(("zip", name) if axis.along else ())), what, possible)
     try:
         period = float(model.forcing(values))
     except Exception as error:  # whatever a user's function may raise

@@ -11,7 +11,7 @@ from quavsweep.config.axes import check_domains, make_grid
 from quavsweep.config.change import apply_changes
 from quavsweep.config.complaint import first_error
 from quavsweep.config.document import MAX_BYTES, read_config
-from quavsweep.config.ensemble import BOX, check_ensemble
+from quavsweep.config.ensemble import check_ensemble
 from quavsweep.config.explanation import explained
 from quavsweep.config.forcing import forcing_period, in_step, shortened
 from quavsweep.config.model import described_beside, own_model
@@ -21,6 +21,7 @@ from quavsweep.config.schema import ENSEMBLE, Config
 from quavsweep.config.sweep import Sweep
 from quavsweep.config.syntax import UnreadableError
 from quavsweep.config.times import check_effort, choose_clock, rounding
+from quavsweep.config.zipped import check_names
 from quavsweep.errors import ConfigError, ModelError
 from quavsweep.measures import Verdict
 from quavsweep.models import POSSIBLE, Model, load_model
@@ -101,6 +102,7 @@ def _check(config: Config, place: Place, given: Model | Path | str | None) -> Sw
     """Check what a schema cannot: names, domains, sizes, clocks."""
     model = _model(config.model, given, place)
     _check_names(config, model, place)
+    check_names(config, model, place)
     check_ensemble(config, model, place)
     _check_fixed(config, place)
     _check_initial(config, model, place)
@@ -135,18 +137,20 @@ def _with_verdict(config: Config, model: Model) -> Config:
 
 def _check_names(config: Config, model: Model, place: Place) -> None:
     states, parameters = model.state_names, model.parameter_names
-    for section, known, what in (
-        ("parameters", parameters, "parameter"),
-        ("initial", states, "state"),
-        ("axes", (*parameters, *states), "parameter or state"),
+    axes: list[tuple[str, ...]] = [("axes", name) for name in config.axes if name not in (ENSEMBLE, *config.zipped)]
+    axes += [("axes", axis, "zip", name) for axis, section in config.zipped.items() for name in section.zip or ()]
+    for keys, known, what in (
+        *((("parameters", name), parameters, "parameter") for name in config.parameters),
+        *((("initial", name), states, "state") for name in config.initial),
+        *((keys, (*parameters, *states), "parameter or state") for keys in axes),
     ):
-        for name in getattr(config, section):
-            if name not in known and (section, name) != ("axes", ENSEMBLE):
-                raise place.error(
-                    (section, name),
-                    f"{model.name} has no such {what}{nearest(name, known)}",
-                    f"it has {', '.join(known)}{'; ensemble draws starts' if section == 'axes' else ''}",
-                )
+        if keys[-1] not in known:
+            more = "; ensemble draws starts, {zip} varies several together" if len(keys) == 2 and keys in axes else ""
+            raise place.error(
+                keys,
+                f"{model.name} has no such {what}{nearest(keys[-1], known)}",
+                f"it has {', '.join(known)}{more}",
+            )
 
 
 def _check_fixed(config: Config, place: Place) -> None:
@@ -155,8 +159,8 @@ def _check_fixed(config: Config, place: Place) -> None:
         for name in getattr(config, section):
             if name in config.varied:
                 keys: Keys = (section, name)
-                axis: Keys = ("axes", name) if name in config.axes else (*BOX, name)
-                raise place.error(keys, f"is fixed here and varied in {place.other(axis, keys)}", "keep one of the two")
+                axis = place.other(config.varied[name], keys)
+                raise place.error(keys, f"is fixed here and varied in {axis}", "keep one of the two")
 
 
 def _check_initial(config: Config, model: Model, place: Place) -> None:

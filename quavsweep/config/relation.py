@@ -22,11 +22,15 @@ def broken_relations(model: Model, fixed: Mapping[str, float], grid: Grid) -> tu
 
 def _sentence(relation: Relation, fixed: Mapping[str, float], grid: Grid) -> str:
     """Return what is broken and where, empty if the relation holds."""
-    axes = [axis for axis in grid.axes if axis.name in relation.parameters]
+    axes = [axis for axis in grid.axes if set(axis.quantities) & set(relation.parameters)]
     exact = math.prod(len(axis) for axis in axes) <= MAX_POINTS
     most = MAX_POINTS if exact else max(2, int(MAX_POINTS ** (1 / len(axes))))
     mesh = np.meshgrid(*(_sample(axis, most) for axis in axes), indexing="ij", sparse=True)
-    varied = {axis.name: part for axis, part in zip(axes, mesh, strict=True)}
+    varied = {
+        name: np.asarray(values)[part]
+        for axis, part in zip(axes, mesh, strict=True)
+        for name, values in axis.quantities.items()
+    }
     values = {name: varied.get(name, fixed.get(name)) for name in relation.parameters}
     try:
         holds = np.asarray(relation.holds(**values))
@@ -40,6 +44,5 @@ def _sentence(relation: Relation, fixed: Mapping[str, float], grid: Grid) -> str
 
 
 def _sample(axis: Axis, most: int) -> np.ndarray:
-    """Return at most so many values of an axis, evenly chosen, with both ends."""
-    chosen = np.linspace(0, len(axis) - 1, min(most, len(axis))).round().astype(int)
-    return np.asarray(np.asarray(axis.values)[chosen])
+    """Return the indices of at most so many values of an axis, evenly chosen, with both ends."""
+    return np.linspace(0, len(axis) - 1, min(most, len(axis))).round().astype(int)

@@ -12,14 +12,16 @@ from quavsweep.measures import Measures
 MAX_AXIS = 10**6
 ENSEMBLE = "ensemble"  # the name of the axis that counts starts
 AXIS_TAG, ENSEMBLE_TAG = "[axis]", "[ensemble]"  # pydantic puts them into its paths; no key looks so
+LIST_TAG, VALUES_TAG = "[list]", "[values]"
+TAGS = frozenset([AXIS_TAG, ENSEMBLE_TAG, LIST_TAG, VALUES_TAG])
 
 _STRICT = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 Interval = Annotated[list[float], Field(min_length=2, max_length=2)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")]
 
 
-class AxisSection(BaseModel):
-    """One axis: evenly (or logarithmically) spaced values, or a list."""
+class ValuesSection(BaseModel):
+    """Values of a quantity: evenly (or logarithmically) spaced ones, or a list."""
 
     model_config = _STRICT
 
@@ -39,9 +41,46 @@ class AxisSection(BaseModel):
         return self.start, self.stop, self.num
 
     def points(self) -> tuple[float, ...]:
-        """Return the values of the axis."""
+        """Return the values."""
         spaced = np.geomspace if self.spacing == "log" else np.linspace
         return tuple(float(value) for value in (self.values or spaced(*self.ends or (0.0, 0.0, 0))))
+
+    @property
+    def length(self) -> int:
+        """The number of values, known before they are."""
+        return self.num or len(self.values or ())
+
+
+def _kind_of_values(value: Any) -> str:
+    """Return the tag of what gives the values of a zipped quantity."""
+    return LIST_TAG if isinstance(value, list) else VALUES_TAG
+
+
+Values = Annotated[list[float], Field(min_length=1, max_length=MAX_AXIS)]
+AnyValues = Annotated[
+    Annotated[Values, Tag(LIST_TAG)] | Annotated[ValuesSection, Tag(VALUES_TAG)], Discriminator(_kind_of_values)
+]
+
+
+class AxisSection(ValuesSection):
+    """One axis: the values of a quantity, or of several that vary together."""
+
+    zip: dict[str, AnyValues] | None = Field(
+        default=None, description="quantities that vary together along it, equally many values of each"
+    )
+
+    @property
+    def zipped(self) -> dict[str, ValuesSection]:
+        """The quantities that vary together, each with its values; a list is a section too."""
+        return {
+            name: ValuesSection(values=values) if isinstance(values, list) else values
+            for name, values in (self.zip or {}).items()
+        }
+
+    @property
+    def length(self) -> int:
+        """The number of values, known before they are."""
+        return next((section.length for section in self.zipped.values()), super().length)
 
 
 class EnsembleSection(BaseModel):
@@ -99,11 +138,20 @@ class Thresholds(BaseModel):
 
 
 class Effort(BaseModel):
-    """How much further cells go on that are undecided at the end."""
+    """How much further cells go on whose end is not known."""
 
     model_config = _STRICT
 
     max_duration: float = Field(gt=0, description="time over which their exponents are averaged, at most")
+    of: list[Literal["undecided", "chaos"]] = Field(
+        default=["undecided"], min_length=1, max_length=2, description="the regions whose cells go on"
+    )
+
+    @field_validator("of")
+    @classmethod
+    def _in_order(cls, of: list[str]) -> list[str]:
+        """Give each region once, in one order, whatever the text says."""
+        return [region for region in ("undecided", "chaos") if region in of]
 
 
 class Config(BaseModel):
@@ -119,7 +167,7 @@ class Config(BaseModel):
     integrate: IntegrateSection
     measures: Measures = Field(default_factory=Measures, description="what is recorded")
     stop_early: bool = Field(default=True, description="end a cell once its end is certified")
-    effort: Effort | None = Field(default=None, description="more time for cells that are undecided")
+    effort: Effort | None = Field(default=None, description="more time for cells whose end is not known")
     classify: Thresholds = Field(default_factory=Thresholds, description="thresholds of the classification")
     plot: list[str] = Field(default_factory=list, description="what the figure of a run shows, as plot --variable")
 
@@ -139,7 +187,17 @@ class Config(BaseModel):
         return section if isinstance(section, EnsembleSection) else None
 
     @property
-    def varied(self) -> dict[str, str]:
-        """The axis along which each varied parameter or state varies, by its name."""
-        drawn = dict.fromkeys(self.ensemble.box, ENSEMBLE) if self.ensemble else {}
-        return {name: name for name in self.axes if name != ENSEMBLE} | drawn
+    def zipped(self) -> dict[str, AxisSection]:
+        """The axes along which several quantities vary together, by name."""
+        return {
+            name: section
+            for name, section in self.axes.items()
+            if isinstance(section, AxisSection) and section.zip is not None
+        }
+
+    @property
+    def varied(self) -> dict[str, tuple[str, ...]]:
+        """The key that makes each varied parameter or state vary, by its name."""
+        keys: dict[str, tuple[str, ...]] = {n: ("axes", n) for n in self.axes if n not in (ENSEMBLE, *self.zipped)}
+        keys |= {q: ("axes", axis, "zip", q) for axis, section in self.zipped.items() for q in section.zip or {}}
+        return keys | {n: ("axes", ENSEMBLE, "box", n) for n in (self.ensemble.box if self.ensemble else ())}

@@ -161,7 +161,7 @@ class Sweep:
 
     @property
     def most_steps(self) -> int:
-        """Steps to which undecided cells may be taken; those of the clock unless the config asks for effort."""
+        """Steps to which cells of unknown end may be taken; those of the clock unless the config asks for effort."""
         clock, effort = self.clock, self.config.effort
         if effort is None:
             return clock.steps
@@ -187,6 +187,9 @@ class Sweep:
         clock = self.clock
         if not self.config.plot:
             del data["plot"]
+        for section in data.get("axes", {}).values():
+            if "zip" in section:
+                del section["spacing"]
         data["parameters"] = dict(self.parameters)
         data["initial"] = {name: data["initial"][name] for name in self.model.state_names if name in data["initial"]}
         times = data["integrate"] | {

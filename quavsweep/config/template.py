@@ -23,6 +23,8 @@ initial:
 # Each is {{start, stop, num}}, with spacing: log if wanted, or {{values: [...]}}.
 axes:
 {axes}
+  # Several that vary together, along a curve: a list or {{start, stop, num}} for each
+  # curve: {{zip: {{NAME: [1, 2, 3], OTHER: {{start: 4, stop: 6, num: 3}}}}}}
   # Starts drawn at random, the same ones in every cell; a state in the box is not in initial:
   # ensemble: {{num: 256, seed: 1, box: {{{state}: [-1, 1]}}}}
 
@@ -46,6 +48,9 @@ measures:
 
 # End a cell once its end is certified.
 stop_early: true
+
+# Cells whose end is not known then go on, each pass twice as long; of: [undecided, chaos] takes chaos on as well.
+# effort: {{max_duration: {longest:g}}}
 
 # Thresholds; changing them needs no new integration (quavsweep classify).
 classify:
@@ -95,6 +100,7 @@ def make_template(model: Model, name: str) -> str:
         dt=example.dt,
         transient=example.transient,
         duration=example.duration,
+        longest=10 * example.duration,
         segment=(example.transient + example.duration) / 16,
         lyapunov=_lyapunov(model, example),
         peak="" if example.exponents == 0 else _PEAK.format(state=model.state_names[0], until=1000 * example.dt),

@@ -10,6 +10,7 @@ from pathlib import Path
 from quavsweep.config import Sweep
 from quavsweep.margin.criterion import Answer
 from quavsweep.margin.direction import Direction, Way
+from quavsweep.margin.search import HALVINGS
 
 PERCENT = 0.01  # the change of a parameter whose gain is asked for
 ROUGH = 0.5  # of the larger one-sided gain; the other must come as near, or a gain is called rough
@@ -46,7 +47,7 @@ class Side:
     distance : float, optional
         d, see `Found`, in the direction's unit; None beyond the limit.
     inner, outer : Probe, optional
-        The runs at 0.99 d and 1.01 d.
+        The runs at 0.99 d and 1.01 d; if d is a bound, at the base point and at d.
     scan : tuple of (float, Probe)
         The points of the scan that were run, by distance.
     """
@@ -56,6 +57,11 @@ class Side:
     inner: Probe | None
     outer: Probe | None
     scan: tuple[tuple[float, Probe], ...]
+
+    @property
+    def bound(self) -> bool:
+        """Whether d is only a bound: the answer changes too near to the base point to tell where."""
+        return self.distance is not None and self.way.spacing * 0.5**HALVINGS >= self.distance
 
 
 @dataclass(frozen=True)
@@ -187,3 +193,7 @@ class Margin:
     def leading(self) -> Line:
         """The direction whose distance the gains are of."""
         return self.lines[0]
+
+    def unit(self, line: Line) -> str:
+        """Return the unit of a direction."""
+        return self.sweep.model.quantity(line.direction.along).unit

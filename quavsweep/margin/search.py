@@ -10,7 +10,7 @@ import numpy as np
 INNER, OUTER = 0.99, 1.01  # of the distance: the two points that show it
 FINE = 2e-3  # of the distance, to which an edge is narrowed before those two are tried
 SECTIONS = 8  # into which a gap is cut at a time
-HALVINGS = 30  # of the first step of a scan, below which a change counts as one at the base point itself
+HALVINGS = 10  # of the first step of a scan, below which a change counts as one at the base point itself
 
 
 @dataclass(frozen=True)
@@ -23,9 +23,10 @@ class Found:
         Whether the craft tumbles at the base point.
     distance : float, optional
         d: at `inner` the answer is that of the base point, at `outer` it is another. None if all points of the scan
-        answer alike; 0 if the answer changes as near to the base point as can be told.
+        answer alike.
     inner, outer : float, optional
-        0.99 d and 1.01 d, both asked.
+        0.99 d and 1.01 d, both asked. If the answer changes within a thousandth of the first step of the scan, the
+        search ends: the base point lies in or at a fractal boundary, `inner` is 0, and `outer` is d, a bound.
     """
 
     base: bool
@@ -64,7 +65,7 @@ def nearest_change(stages: Sequence[np.ndarray]) -> Search:
     while True:
         inner, outer = _gap(known)
         if outer <= floor:
-            return Found(known[0.0], 0.0)
+            return Found(known[0.0], outer, 0.0, outer)
         if outer - inner > FINE * outer:
             yield from _ask(known, _cuts(inner, outer))
             continue

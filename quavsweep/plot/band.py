@@ -9,6 +9,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from quavsweep.codes import REGION, Region
+from quavsweep.plot.along import drawn_axes
 from quavsweep.plot.code import code_colours, code_handles
 from quavsweep.plot.scale import edges
 
@@ -21,7 +22,7 @@ MANY = 100  # cells
 
 def draw_band(axes: Axes, result: Result, panel_height: float) -> float:
     """Draw the band on top of a panel of a height in inches, and return its end in heights of the panel."""
-    (axis,) = result.sweep.grid.axes
+    (axis,) = drawn_axes(result.sweep)
     region = result["region"][np.argsort(axis.values)]
     colours, norm = code_colours(REGION)
     height = HEIGHT / panel_height
@@ -40,7 +41,7 @@ def band_handles(result: Result) -> list[Artist]:
 
 def hatch(axes: Axes, result: Result, todo: np.ndarray) -> None:
     """Hatch the cells along an axis that are not computed; where there are many, neighbours together."""
-    (axis,) = result.sweep.grid.axes
+    (axis,) = drawn_axes(result.sweep)
     borders = edges(np.sort(axis.values))
     cells = np.flatnonzero(todo[np.argsort(axis.values)])
     apart = np.diff(cells) > (1 if len(cells) > MANY else 0)

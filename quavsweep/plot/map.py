@@ -13,6 +13,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from quavsweep.plot.along import drawn_axes
 from quavsweep.plot.catalogue import Catalogue
 from quavsweep.plot.code import VOID, code_handles, mask_handles
 from quavsweep.plot.colour import ColourScale, Limits, choose_scale
@@ -80,7 +81,7 @@ def draw_map(axes: Axes, result: Result, quantity: Quantity, scale: ColourScale)
 
     Cells that are not computed are hatched, cells without a number dark grey.
     """
-    across, up = result.sweep.grid.axes
+    across, up = drawn_axes(result.sweep)
     order = np.ix_(np.argsort(across.values), np.argsort(up.values))
     bound = np.full(quantity.todo.shape, np.nan) if quantity.bound is None else quantity.bound
     bounded = np.isfinite(bound)

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from quavsweep.codes import Region
 from quavsweep.config import Sweep
+from quavsweep.plot.along import drawn_axes
 from quavsweep.plot.quantity import Quantity
 from quavsweep.plot.style import symbol
 
@@ -48,7 +49,7 @@ def draw_samples(axes: Axes, result: Result, quantity: Quantity) -> np.ndarray:
 
     The samples of such a cell are of the way there, which is not where its orbit ends.
     """
-    (axis,) = result.sweep.grid.axes
+    (axis,) = drawn_axes(result.sweep)
     samples = np.where((result["region"] == Region.SINK)[:, None], np.nan, quantity.shown)
     x = np.broadcast_to(np.asarray(axis.values)[:, None], samples.shape)
     ends = _equilibria(result, quantity)

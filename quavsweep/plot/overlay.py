@@ -18,6 +18,7 @@ from matplotlib.transforms import Bbox
 from quavsweep.config import Sweep
 from quavsweep.errors import ConfigError
 from quavsweep.grid import Axis
+from quavsweep.plot.along import drawn_axes, quantities_at
 from quavsweep.plot.contour import roots, zero_lines
 from quavsweep.plot.curve_file import read_curve
 from quavsweep.plot.equation import parse_equation
@@ -90,7 +91,7 @@ def _make_curve(text: str, index: int, sweep: Sweep) -> Curve:
 
 def _missed(text: str, sweep: Sweep) -> ConfigError:
     """Return the error of a curve that is nowhere to be seen."""
-    ranges = [f"{axis.name} is {min(axis.values):g} to {max(axis.values):g}" for axis in sweep.grid.axes]
+    ranges = [f"{axis.name} is {min(axis.values):g} to {max(axis.values):g}" for axis in drawn_axes(sweep)]
     return ConfigError(f"does not cross the {'map' if len(ranges) == 2 else 'axis'}", text, ", ".join(ranges))
 
 
@@ -106,7 +107,7 @@ def _read(text: str) -> tuple[str, str, bool]:
 
 def _marks(source: str, sweep: Sweep) -> list[np.ndarray]:
     """Return where an equation holds along the only axis."""
-    (axis,) = sweep.grid.axes
+    (axis,) = drawn_axes(sweep)
     difference = _difference(source, sweep)
     mesh = np.linspace(*_straight_range(axis), LINE_MESH)
     return [_bent(axis, roots(mesh, lambda x: difference(_bent(axis, x))))]
@@ -114,7 +115,7 @@ def _marks(source: str, sweep: Sweep) -> list[np.ndarray]:
 
 def _equation_lines(source: str, sweep: Sweep) -> list[np.ndarray]:
     """Return the lines on which an equation holds."""
-    across, up = sweep.grid.axes
+    across, up = drawn_axes(sweep)
     difference = _difference(source, sweep)
 
     def at(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -127,11 +128,12 @@ def _equation_lines(source: str, sweep: Sweep) -> list[np.ndarray]:
 
 def _difference(source: str, sweep: Sweep) -> Callable[..., np.ndarray]:
     """Return left - right of an equation as a function of the axes' values, in their order."""
-    axes = [axis.name for axis in sweep.grid.axes]
-    equation = parse_equation(source, list(dict.fromkeys([*axes, *sweep.parameters])))
+    axes = drawn_axes(sweep)
+    equation = parse_equation(source, list(dict.fromkeys([*sweep.grid.quantities, *sweep.parameters])))
 
     def difference(*values: np.ndarray) -> np.ndarray:
-        found = equation.difference({**sweep.parameters, **dict(zip(axes, values, strict=True))})
+        varied = {n: x for axis, at in zip(axes, values, strict=True) for n, x in quantities_at(axis, at).items()}
+        found = equation.difference({**sweep.parameters, **varied})
         return np.broadcast_to(found, np.broadcast_shapes(*(np.shape(value) for value in values)))
 
     return difference
@@ -139,7 +141,7 @@ def _difference(source: str, sweep: Sweep) -> Callable[..., np.ndarray]:
 
 def _file_lines(path: Path, sweep: Sweep) -> list[np.ndarray]:
     """Return the curve of a file, or none if it lies outside the map."""
-    across, up = sweep.grid.axes
+    across, up = drawn_axes(sweep)
     points = read_curve(path, across.name, up.name)
     for axis, values in zip((across, up), points.T, strict=True):
         if is_log(axis) and (values <= 0).any():

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from quavsweep.codes import Code
+from quavsweep.plot.along import drawn_axes
 from quavsweep.plot.band import hatch
 from quavsweep.plot.catalogue import Catalogue
 from quavsweep.plot.colour import Limits
@@ -75,7 +76,7 @@ def draw_panel(
     axes: Axes, result: Result, panel: Panel, limits: Limits | None = None, curves: Sequence[Curve] = ()
 ) -> None:
     """Draw quantities along the axis of a sweep, each as what it is."""
-    (axis,) = result.sweep.grid.axes
+    (axis,) = drawn_axes(result.sweep)
     first = panel[0]
     if first.codes:
         _draw_codes(axes, result, first)
@@ -100,7 +101,7 @@ def draw_panel(
 
 def _draw_lines(axes: Axes, result: Result, panel: Panel) -> np.ndarray:
     """Draw numbers against the axis, with bands of their standard errors, and return all numbers."""
-    (axis,) = result.sweep.grid.axes
+    (axis,) = drawn_axes(result.sweep)
     order = np.argsort(axis.values)
     x = np.asarray(axis.values)[order]
     jumpy = _is_jumpy(panel)
@@ -151,7 +152,7 @@ def _alone(y: np.ndarray) -> np.ndarray:
 
 def _draw_codes(axes: Axes, result: Result, quantity: Quantity) -> None:
     """Draw codes as coloured boxes on a line for each code that is present."""
-    (axis,) = result.sweep.grid.axes
+    (axis,) = drawn_axes(result.sweep)
     present = _present(quantity)
     for level, code in enumerate(present):
         x = np.asarray(axis.values)[~quantity.todo & (quantity.values == code.number)]

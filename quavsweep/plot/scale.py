@@ -10,7 +10,8 @@ from matplotlib.ticker import AutoLocator, Formatter, LogLocator, MaxNLocator, N
 
 from quavsweep.grid import Axis
 from quavsweep.models import Model
-from quavsweep.plot.style import LABEL_WIDTH, label, power_of, text_length, with_unit
+from quavsweep.plot.along import axis_text
+from quavsweep.plot.style import LABEL_WIDTH, power_of, text_length, with_unit
 
 MOST_DECIMALS = 8
 DECADES = 30.0  # a logarithmic axis with more between its ends has a tick per decade
@@ -29,7 +30,7 @@ def set_scale(axis: XAxis | YAxis, model: Model, quantity: Axis) -> None:
         (axis.axes.set_xscale if isinstance(axis, XAxis) else axis.axes.set_yscale)("log")
         axis.set_minor_formatter(NullFormatter())
     if ratio >= DECADES:
-        axis.set_label_text(label(model, quantity.name))
+        axis.set_label_text(axis_text(model, quantity))
         return
     if is_log(quantity):
         axis.set_major_locator(AutoLocator() if ratio < FEW else LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -37,7 +38,7 @@ def set_scale(axis: XAxis | YAxis, model: Model, quantity: Axis) -> None:
         axis.set_major_locator(MaxNLocator(INTERVALS, steps=[1, 2, 5, 10]))
     power = power_of(values)
     set_power(axis, power)
-    axis.set_label_text(label(model, quantity.name, power))
+    axis.set_label_text(axis_text(model, quantity, power))
 
 
 def set_values(

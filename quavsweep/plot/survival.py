@@ -110,8 +110,9 @@ def _text(result: Result, where: tuple[int, ...]) -> str:
     """Return the parameters of a point, and its mean lifetime or the bound of it."""
     model = result.sweep.model
     values = [
-        f"{symbol(model, axis.name)[1:-1]} = {number(axis.values[i])}"
+        f"{symbol(model, name)[1:-1]} = {number(value)}"
         for axis, i in zip(result.sweep.points.axes, where, strict=True)
+        for name, value in axis.at(i).items()
     ]
     mean, error, least = (float(result[n][where]) for n in ("lifetime", "lifetime_se", "lifetime_at_least"))
     unit = unit_text(model.time_unit)

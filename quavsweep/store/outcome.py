@@ -14,6 +14,7 @@ import numpy as np
 
 from quavsweep.classify import classify, result_variables
 from quavsweep.config import Sweep
+from quavsweep.config.schema import ENSEMBLE
 from quavsweep.errors import StoppedError
 from quavsweep.horizon import truncated
 from quavsweep.kernels.description import describe_model
@@ -43,7 +44,7 @@ NO_VERDICT = "no tangent vector begins at the horizon: what a run to it would ca
 def write_outcome(
     path: Path, shards: ShardSet, failed: Mapping[int, str], stopped: Callable[[], bool], horizon: int | None = None
 ) -> int:
-    """Classify all evidence and publish the result file; return how many undecided cells wait for more effort.
+    """Classify all evidence and publish the result file; return how many cells wait for a pass of the effort.
 
     Parameters
     ----------
@@ -160,7 +161,8 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
     coordinates = []
     for axis in sweep.grid.axes:
         if axis.along:
-            coordinates.append(Coordinate(axis.name, np.array(axis.values, dtype=np.int32), {"long_name": "start"}))
+            meaning = "start" if axis.name == ENSEMBLE else f"point of the curve of {', '.join(axis.quantities)}"
+            coordinates.append(Coordinate(axis.name, np.array(axis.values, dtype=np.int32), {"long_name": meaning}))
         for name, values in axis.quantities.items():
             quantity = model.quantity(name)
             attributes = {"long_name": quantity.meaning or name, "units": _cf(quantity.unit), "symbol": quantity.symbol}
@@ -177,9 +179,10 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
 
 def _attributes(sweep: Sweep, variable: Variable, of_points: bool = False) -> dict[str, Any]:
     """Return the CF attributes of a variable: meaning, units, and the codes' numbers and names."""
-    unit, along = sweep.unit(variable), [name for axis in sweep.grid.axes for name, _ in axis.along]
+    unit, grid = sweep.unit(variable), sweep.points if of_points else sweep.grid
+    along = [name for axis in grid.axes for name, _ in axis.along]
     attributes: dict[str, Any] = {"long_name": variable.meaning} | ({"units": _cf(unit)} if unit else {})
-    attributes |= {"coordinates": " ".join(along)} if along and not of_points else {}
+    attributes |= {"coordinates": " ".join(along)} if along else {}
     if variable.codes:
         attributes["flag_values"] = np.array([code.number for code in variable.codes], dtype=variable.dtype)
         attributes["flag_meanings"] = " ".join(code.name for code in variable.codes)
