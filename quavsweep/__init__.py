@@ -9,6 +9,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from quavsweep.cli.progress import show_progress
     from quavsweep.config import Sweep, load_sweep, parse_sweep
+    from quavsweep.margin import Margin, find_margin
     from quavsweep.plot import draw, draw_point, make_figure, make_point_figure
     from quavsweep.point import Point, compute_point
     from quavsweep.result import Result, open_result
@@ -19,7 +20,9 @@ _HOMES = {
     "Result": "quavsweep.result",
     "Sweep": "quavsweep.config",
     "compute_point": "quavsweep.point",
+    "Margin": "quavsweep.margin",
     "draw": "quavsweep.plot",
+    "find_margin": "quavsweep.margin",
     "draw_point": "quavsweep.plot",
     "load_sweep": "quavsweep.config",
     "make_figure": "quavsweep.plot",
@@ -33,6 +36,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "Margin",
     "Point",
     "Result",
     "Sweep",
@@ -41,6 +45,7 @@ __all__ = [
     "draw",
     "draw_point",
     "extend_sweep",
+    "find_margin",
     "load_sweep",
     "make_figure",
     "make_point_figure",

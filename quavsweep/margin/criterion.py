@@ -128,10 +128,11 @@ class ByAngle:
     def prepare(self, data: dict[str, Any]) -> dict[str, Any]:
         """Follow the start until that time, for its largest angle."""
         rest = {key: value for key, value in data.items() if key != "effort"}
-        times = {k: v for k, v in data["integrate"].items() if k not in ("segment", "transient")}
+        times = {k: v for k, v in data["integrate"].items() if k != "transient"}
         return {
             **rest,
-            "integrate": {**times, "duration": self.within},
+            "integrate": {**times, "duration": self.within, "segment": self.within},
+            "stop_early": False,  # no end is looked for
             "measures": {"peak": {"of": [ROLL], "until": self.within}},
         }
 
