@@ -14,10 +14,11 @@ from quavsweep.cli.run import max_time_option, stop_on_signals, workers_option
 from quavsweep.cli.text import count, duration, say, table, warn
 
 if TYPE_CHECKING:
+    from quavsweep.margin.criterion import Answer
     from quavsweep.margin.finding import Line, Margin, Side
 
 HEAD = ("direction", "base", "distance", "%", "safe at", "tumbles at", "beyond")
-WIDTHS = (15, 9, 10, 7, 12, 12, 9)  # 80 columns with the gaps between them
+WIDTHS = (14, 9, 12, 7, 12, 12, 14)  # 80 columns in all
 
 
 @click.command()
@@ -31,7 +32,7 @@ WIDTHS = (15, 9, 10, 7, 12, 12, 9)  # 80 columns with the gaps between them
 )
 @click.option("--out", type=PATH, metavar="DIR", help="Folder of the runs; default results/<name>-margin/<by>.")
 @click.option("--reach", type=float, default=50.0, show_default=True, metavar="PERCENT", help="How far to look.")
-@click.option("--points", type=int, default=100, show_default=True, help="Points of a scan up to there, each way.")
+@click.option("--points", type=int, help="Points of a scan up to there, each way; default 100, by basin 50.")
 @click.option("--share", type=float, default=5.0, show_default=True, metavar="PERCENT", help="Of starts, by basin.")
 @click.option("--degrees", type=float, default=60.0, show_default=True, help="Of roll, by angle.")
 @click.option("--within", type=float, default=20.0, show_default=True, metavar="T", help="Time for that, by angle.")
@@ -45,7 +46,7 @@ def margin(
     by: str,
     out: Path | None,
     reach: float,
-    points: int,
+    points: int | None,
     share: float,
     degrees: float,
     within: float,
@@ -62,7 +63,7 @@ def margin(
     quavsweep margin configs/paper/margin_case_1.yaml --by basin
     quavsweep margin configs/paper/margin_flight_1.yaml --by angle
 
-    Each distance is shown by two runs, at 0.99 and 1.01 of it. Ctrl-C stops it (exit 75); the same command continues it.
+    Two runs show each distance, at 0.99 and 1.01 of it. Ctrl-C stops it (exit 75); the same command continues it.
     """
     begin = time.monotonic()
     stop = stop_on_signals(max_time)
@@ -127,7 +128,7 @@ def _aligned(cells: tuple[str, ...]) -> str:
 
 def _distances(found: Margin) -> list[str]:
     """Return a table of the directions, both ways."""
-    rows = [HEAD]
+    rows: list[tuple[str, ...]] = [HEAD]
     for line in found.lines:
         unit = found.unit(line)
         name = line.direction.name + ("" if unit == "1" else f" {unit}")
@@ -148,7 +149,6 @@ def _row(name: str, line: Line, side: Side) -> tuple[str, ...]:
     values = [probe.values[direction.along] for probe in (side.inner, side.outer)]
     safe, tumbles = values[::-1] if line.base.answer.tumbles else values
     distance = f"{mark} {side.distance:.4g}".strip()
-    beyond = side.outer.answer.what
     return (
         name,
         base,
@@ -156,23 +156,33 @@ def _row(name: str, line: Line, side: Side) -> tuple[str, ...]:
         f"{sign}{100 * side.distance / direction.scale:.2g}",
         f"{safe:.6g}",
         f"{tumbles:.6g}",
-        beyond,
+        _beyond(side.outer.answer),
     )
+
+
+def _beyond(answer: Answer) -> str:
+    """Return what happens at the far run: its share with the binomial error, its angle, or its region."""
+    numbers = answer.numbers
+    if "share" in numbers:
+        return f"{100 * numbers['share']:.1f} +- {100 * numbers['share_se']:.1f} %"
+    if "peak_degrees" in numbers:
+        return f"{numbers['peak_degrees']:.1f} deg"
+    return answer.what.replace("quasi_periodic", "torus")
 
 
 def _gains(found: Margin) -> list[str]:
     """Return a table of what 1 % more of each parameter gains in the leading direction."""
     leading, unit = found.leading.direction.name, found.unit(found.leading)
-    per = f"gain of distance in {leading}" + ("" if unit == "1" else f" ({unit})") + " by 1 % more of"
-    lines = [f"{per:<46}{'gain':>10}{'from -1 %':>12}{'from +1 %':>12}"]
+    per = f"gain in {leading}" + ("" if unit == "1" else f" [{unit}]")
+    lines = [f"{per + ' by 1 % more of':<44}{'gain':>12}{'from -1 %':>12}{'from +1 %':>12}"]
     for gain in found.gains:
         if not gain.enters:
-            lines.append(f"{'  ' + gain.name:<46}{'0':>10}  does not enter")
+            lines.append(f"{'  ' + gain.name:<44}{'0':>12}  does not enter")
             continue
         numbers = (gain.per_percent, gain.from_below, gain.from_above)
-        told = "".join(f"{_number(x):>{w}}" for x, w in zip(numbers, (10, 12, 12), strict=True))
+        told = "".join(f"{_number(x):>{w}}" for x, w in zip(numbers, (12, 12, 12), strict=True))
         why = "  rough: the sides disagree" if gain.rough else ""
-        lines.append(f"{'  ' + gain.name + why:<46}{told}")
+        lines.append(f"{'  ' + gain.name + why:<44}{told}")
     return lines
 
 

@@ -20,7 +20,8 @@ from quavsweep.margin.probe import Prober
 from quavsweep.margin.search import Found, nearest_change, run_searches
 from quavsweep.sweep import Observer, run_sweep
 
-REACH, POINTS = 0.5, 100  # the defaults of how far to look, and with how many points each way
+REACH = 0.5  # the default of how far to look
+POINTS = {"region": 100, "basin": 50, "angle": 100}  # and with how many points each way
 WHOLE, STAGES = (1.0,), (0.125, 0.25, 0.5, 1.0)  # a scan in one go, and one that ends at the first change
 WAYS = (-1, 1)
 
@@ -31,7 +32,7 @@ def find_margin(
     *,
     out: Path | str | None = None,
     reach: float = REACH,
-    points: int = POINTS,
+    points: int | None = None,
     share: float = SHARE,
     degrees: float = DEGREES,
     within: float = WITHIN,
@@ -53,7 +54,7 @@ def find_margin(
     reach : float
         How far to look along each direction, as a share of the base value.
     points : int
-        Points of the scan up to there, each way.
+        Points of the scan up to there, each way; default 100, by `basin` 50.
     workers, observe, stop
         See `run_sweep`.
 
@@ -64,6 +65,7 @@ def find_margin(
     IdentityError, LockedError, DiskError, StoppedError, TilesFailedError
         As `run_sweep`.
     """
+    points = POINTS.get(by, 1) if points is None else points
     if not 0 < reach <= 100 or not 1 <= points <= 10_000:
         what = f"a reach of {reach:g} with {points} points cannot be scanned"
         raise ConfigError(what, "margin", "0 < reach <= 100, 1 to 10000 points")

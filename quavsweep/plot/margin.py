@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -30,6 +31,8 @@ FOUND = REGIONS | {  # by angle
     "beyond": ("#e69f00", "beyond the angle"),
     "lost": (REGIONS["unbounded"][0], "left the domain"),
 }
+CRAFT = 1.2  # points, of the line where the craft is
+CHANGE: dict[str, Any] = {"marker": "D", "ms": 4, "mfc": "white", "mec": "black", "mew": 0.8}
 BESIDE = 0.03  # of the width, between a mark and its text
 
 
@@ -44,12 +47,9 @@ def make_margin_figure(margin: Margin) -> Figure:
     with style():
         present = {probe.answer.what for line in margin.lines for side in line.sides for _, probe in side.scan}
         present.add(margin.base.answer.what)
-        handles = [patch(colour, meaning) for name, (colour, meaning) in FOUND.items() if name in present]
-        change = {"marker": "D", "ls": "", "ms": 4, "mfc": "white", "mec": "black"}
-        handles += [
-            Line2D([], [], label="nearest change", **change),
-            Line2D([], [], color="black", lw=1.2, label="the craft"),
-        ]
+        handles: list[Artist] = [patch(colour, meaning) for name, (colour, meaning) in FOUND.items() if name in present]
+        handles.append(Line2D([], [], label="nearest change", ls="", **CHANGE))
+        handles.append(Line2D([], [], label="the craft", color="black", lw=CRAFT))
         rows = max(len(margin.lines), len(margin.gains))
         height = ROW * rows + FOOT + legend_height(handles, PAGE - 0.3)
         figure = Figure(figsize=(PAGE, height), layout="constrained")
@@ -70,8 +70,7 @@ def _draw_lines(axes: Axes, margin: Margin) -> None:
             for distance, probe in side.scan:
                 _mark(axes, row, side.way.sign * distance * scale, probe.answer.what, half)
             if side.distance is not None:
-                axes.plot(
-                    side.way.sign * side.distance * scale, row, marker="D", ms=4, mfc="white", mec="black", mew=0.8
+                axes.add_line(Line2D([side.way.sign * side.distance * scale], [row], zorder=3, **CHANGE))
                 )
         base = {"color": "black", "lw": 1.2, "zorder": 3 if line.distance is None else 1.5}
         axes.plot([0.0, 0.0], [row - 0.5 * BAND, row + 0.5 * BAND], **base)
