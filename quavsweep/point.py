@@ -121,7 +121,7 @@ def _integrated(sweep: Sweep, stopped: Callable[[], bool]) -> Evidence:
 
 def _orbit(single: Sweep, steps: int, stopped: Callable[[], bool]) -> tuple[np.ndarray, np.ndarray]:
     """Return times and states of the orbit; the states do not depend on what else is measured."""
-    clock = single.clock
+    clock, steps = single.clock, max(1, steps)  # a cell may leave the domain within its first step
     every = -(-steps // MOST_TIMES)
     measure = Orbit(every=every * clock.dt, until=steps * clock.dt)
     alone = dataclasses.replace(single, config=single.config.model_copy(update={"measures": Measures(orbit=measure)}))

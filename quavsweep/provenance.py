@@ -60,6 +60,7 @@ DENSE_MODULES = (
     "quavsweep.analysis.domain",
     "quavsweep.analysis.observer",
     "quavsweep.analysis.scene",
+    "quavsweep.analysis.standard_error",
     "quavsweep.analysis.statistics",
 )
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")

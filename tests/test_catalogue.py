@@ -14,7 +14,7 @@ from quavsweep.config import Sweep, parse_sweep
 from quavsweep.config.template import make_template
 from quavsweep.grid import Tile
 from quavsweep.integrate import integrate_tile
-from quavsweep.kernels.layout import generic_frame
+from quavsweep.kernels.layout import aligned_empty, generic_frame
 from quavsweep.kernels.lookup import make_program
 from quavsweep.kernels.program import TIME, Program
 from quavsweep.models import NAMES, Model, load_model
@@ -178,7 +178,9 @@ def test_the_example_of_a_model_runs(name: str) -> None:
     frame = np.broadcast_to(generic_frame(layout.dimension, layout.vectors), (n, layout.vectors, layout.dimension))
     scaled = plan.program.coefficient_values(parameters, plan.method.time_unit(plan.clock.dt))
     lanes = layout.pack(u, frame, scaled)
-    plan.advance(lanes.reshape(-1), 0, len(lanes), 200, plan.clock.block)
+    dense = [aligned_empty((len(lanes), 1 + 200 * plan.clock.block, layout.dimension, layout.lanes))]
+    buffer = [array.reshape(-1) for array in dense if plan.sweep.dense]
+    plan.advance(lanes.reshape(-1), 0, len(lanes), 200, plan.clock.block, *buffer)
     assert model.bounded(layout.state(lanes, n)).all()
 
 

@@ -16,7 +16,7 @@ from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
 from quavsweep.errors import ConfigError
 from tests.conftest import LORENZ, YAW
 
-CONFIGS = sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))
+CONFIGS = sorted((Path(__file__).parent.parent / "configs").rglob("*.yaml"))
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
@@ -60,7 +60,7 @@ def test_the_canonical_config_gives_the_same_sweep(text: str) -> None:
         (("name: small", "nme: small"), 2, r"nme: unknown key, did you mean name\?"),
         (("name: small\n", ""), 1, "name: is missing"),
         (("name: small", "name: a/b"), 2, "name: 'a/b' is not accepted"),
-        (("model: quadrotor_yaw", "model: quadrotor"), 3, "the catalogue has .*lorenz, .*quadrotor_yaw"),
+        (("model: quadrotor_yaw", "model: quadrotr"), 3, "the catalogue has .*lorenz, .*quadrotor_yaw"),
         (("p: 0.001, ", ""), 4, "initial.p: is missing; give it here, or vary it as axes.p"),
         (("p: 0.001", "p: yes"), 4, "initial.p: 'yes' is not accepted"),
         (("p: 0.001", "p: true"), 4, "initial.p: true is not accepted"),

@@ -34,8 +34,18 @@ measures:
 stop_early: true
 classify: {errors: 3, neutral: 5}
 """
-CONFIGS = [path.read_text() for path in sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))]
-BASES = [styled for text in (YAW, LORENZ, FULL, FULL, *CONFIGS) for styled in styles(text)]
+ZIPPED = """name: curve
+model: quadrotor_yaw
+initial: {p: 0.001, q: 0.001, r: 0.001}
+axes:
+  hover:
+    zip: {Omega1: [197.4, 196.4, 195.4], c: {start: 3, stop: 7, num: 3}}
+  Ix: {values: [3.0e-3, 4.0e-3]}
+integrate: {dt: 0.02, transient: 200, duration: 600}
+effort: {max_duration: 1200, of: [undecided, chaos]}
+"""
+CONFIGS = [path.read_text() for path in sorted((Path(__file__).parent.parent / "configs").rglob("*.yaml"))]
+BASES = [styled for text in (YAW, LORENZ, FULL, FULL, ZIPPED, *CONFIGS) for styled in styles(text)]
 WHERE = re.compile(r"x\.yaml:(\d+)(?:: (.*))?", re.DOTALL)
 
 

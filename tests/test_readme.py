@@ -36,7 +36,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the shipped configs on thumbnail grids."""
     folder = tmp_path_factory.mktemp("readme")
     shutil.copytree(ROOT / "configs", folder / "configs")
-    for path in (folder / "configs").glob("*.yaml"):
+    for path in (folder / "configs").rglob("*.yaml"):
         text = path.read_text()
         for number, fewer in THUMBNAILS.items():
             text = text.replace(number, fewer)

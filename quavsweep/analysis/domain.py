@@ -16,7 +16,7 @@ class DomainWatcher(Watcher):
     """
 
     def __init__(self, scene: Scene) -> None:
-        n = scene.coefficients.shape[1]
+        n = len(scene.evidence["cell"])
         self._scene = scene
         self._step = np.full(n, -1, dtype=np.int64)
         self._state = np.full((n, len(scene.model.states)), np.nan)

@@ -71,10 +71,16 @@ def plot(
 @click.argument("source", metavar="CONFIG|DIR", type=PATH)
 @click.argument("values", metavar="KEY=VALUE...", nargs=-1, type=KeyValue())
 @click.option("--out", type=PATH, metavar="FILE", help="PNG, PDF or SVG; default point.png in DIR, or here.")
+@click.option("--variable", "variables", multiple=True, metavar="V", help="Draw this too: orbit.casimir_power.")
 @click.option("--no-plot", is_flag=True, help="Only print the numbers.")
 @model_option
 def point(
-    source: Path, values: tuple[tuple[str, float], ...], out: Path | None, no_plot: bool, model: Path | None
+    source: Path,
+    values: tuple[tuple[str, float], ...],
+    out: Path | None,
+    variables: tuple[str, ...],
+    no_plot: bool,
+    model: Path | None,
 ) -> None:
     """Compute one cell, to the bit the map's, and draw its orbit.
 
@@ -104,7 +110,7 @@ def point(
     if not no_plot:
         from quavsweep.plot import draw_point
 
-        rows.append(("figure", str(draw_point(single, out or (source if folder else Path()) / "point.png"))))
+        rows.append(("figure", str(draw_point(single, out or (source if folder else Path()) / "point.png", variables))))
     say(table(rows))
     if different:
         raise DamageError("the stored cell is another one", str(source), "another engine or toolchain made it?")

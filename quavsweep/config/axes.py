@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from quavsweep.config.ensemble import BOX, make_ensemble
+from quavsweep.config.ensemble import make_ensemble
 from quavsweep.config.place import Keys, Place
 from quavsweep.config.schema import ENSEMBLE, AnyAxis, AxisSection, Config, EnsembleSection, ValuesSection
 from quavsweep.config.zipped import AXES, check_zipped, given_values, is_list, is_zipped, make_zipped
@@ -143,9 +143,9 @@ def _origin(name: str, index: int, config: Config, value: float) -> tuple[Keys, 
     keys = config.varied.get(name)
     if keys is None:
         return ("initial" if name in config.initial else "parameters", name), value
-    if keys[:3] == BOX:
+    section = given_values(config).get(keys)
+    if section is None:  # drawn from a box
         return keys, value
-    section = given_values(config)[keys]
     if section.values is not None:
         return (*keys, *(() if is_list(keys, config) else ("values",)), index), value
     return ((*keys, "start"), value) if index == 0 else ((*keys, "stop"), section.stop)

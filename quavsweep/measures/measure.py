@@ -84,8 +84,10 @@ def unknown_quantity(name: str, key: str, model: Model) -> Problem | None:
     known = (*model.state_names, *model.observable_names)
     if name in known:
         return None
-    what = "state or observable" if model.observables else "state"
-    return Problem(key, f"{model.name} has no {what} {name}{nearest(name, known)}", f"it has {', '.join(known)}")
+    what, possible = "state", f"it has {', '.join(model.state_names)}"
+    if model.observables:
+        what, possible = "state or observable", f"{possible}; of these {', '.join(model.observable_names)}"
+    return Problem(key, f"{model.name} has no {what} {name}{nearest(name, known)}", possible)
 
 
 def problem_of_list(names: Sequence[str], model: Model) -> Problem | None:

@@ -4,4 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-CHANGES: Mapping[str, Sequence[str]] = {}
+SHORT = "effort.max_duration=6000"
+
+CHANGES: Mapping[str, Sequence[str]] = {
+    "figure_05": ("axes.Omega1.num=10", "axes.c.num=5", SHORT),
+    "figure_07": ("axes.Omega1.num=29", "measures.samples.max=20", SHORT),
+    "figure_09": ("axes.Omega1.num=10", "axes.Ix.num=5", SHORT),
+    "figure_10": ("axes.Omega1.num=29", "measures.samples.max=20", SHORT),
+    "hover": (SHORT,),
+    "hover_ix": ("axes.Ix.num=21", SHORT),
+    "lifetime_map": ("axes.Omega1.num=4", "axes.c.num=3", "axes.ensemble.num=32", "integrate.duration=2000"),
+}

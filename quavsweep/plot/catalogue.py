@@ -10,6 +10,7 @@ import numpy as np
 from quavsweep.codes import REGION, Region, Status
 from quavsweep.errors import ConfigError
 from quavsweep.nearest import nearest
+from quavsweep.plot import observed
 from quavsweep.plot.attractor import attractor_codes, attractor_values
 from quavsweep.plot.code import codes_of
 from quavsweep.plot.quantity import Quantity
@@ -28,6 +29,11 @@ TEXTS = {
     "final_state": "final {of}",
     "equilibrium": "{of} at the equilibrium",
     "peak": "peak {of}",
+    "statistic_mean": "mean {of}",
+    "statistic_mean_se": "standard error of the mean {of}",
+    "statistic_min": "least {of}",
+    "statistic_max": "largest {of}",
+    "sign_changes": "changes of sign of {of}",
     "peak_time": "time of the peak {of}",
     "settle_time": "settling time",
     "chaotic_until": "end of the chaos",
@@ -111,7 +117,7 @@ class Catalogue:
         first = self.find(name)
         if "." in name:
             return [first]
-        every = [self._component(name, i) for i in range(max(1, len(self._keys(name))))]
+        every = [self._component(name, i) for i in range(max(1, len(self._stored_keys(name))))]
         return [quantity for quantity in every if not quantity.share or np.nan_to_num(quantity.shown).any()] or every[
             :1
         ]
@@ -137,14 +143,21 @@ class Catalogue:
             return False
         return variable not in dims and dims[: len(axes)] == axes and len(self._own_dims(variable)) <= 1
 
-    def _keys(self, variable: str) -> list[str]:
+    def _stored_keys(self, variable: str) -> list[str]:
         """Return the names of a variable's components, none if it has only one number."""
         return [str(value) for dim in self._own_dims(variable) for value in self.result[dim]]
+
+    def _keys(self, variable: str) -> list[str]:
+        """Return the names of its components, and of the observables that can be computed from them."""
+        observables = self.result.sweep.model.observable_names if variable in observed.VARIABLES else ()
+        return [*self._stored_keys(variable), *observables]
 
     def _unknown(self, name: str) -> ConfigError:
         keys = {variable: self._keys(variable) for variable in self.names}
         every = [*keys, *(f"{variable}.{key}" for variable, of in keys.items() for key in of)]
-        listed = ", ".join(variable + _listed(of) for variable, of in keys.items())
+        listed = ", ".join(variable + _listed(self._stored_keys(variable)) for variable in keys)
+        if observables := self.result.sweep.model.observable_names:
+            listed += f"; of states also {', '.join(f'.{o}' for o in observables)}"
         return ConfigError(f"no variable {name} to draw{nearest(name, every)}", possible=f"possible are {listed}")
 
     def _component(self, variable: str, index: int) -> Quantity:
@@ -186,14 +199,17 @@ class Catalogue:
         return np.where(np.isnan(result[variable]), result[BOUNDS[variable]], np.nan)
 
     def _values(self, variable: str, index: int) -> np.ndarray:
-        """Return the values of one component; the others are not read."""
+        """Return the values of one component; the others are not read unless it is computed from them."""
+        if index >= len(stored := self._stored_keys(variable)) > 0:
+            name = self.result.sweep.model.observable_names[index - len(stored)]
+            return observed.observed(self.result, variable, name)
         others = (slice(None),) * (len(self.result.stored.dims[variable]) - 1)
         return self.result.part(variable, (*others, index))
 
     def _words(self, variable: str, key: str) -> tuple[str, str]:
         """Return what a component is, and what it is called among the others."""
         model = self.result.sweep.model
-        part = symbol(model, key) if key in model.state_names else key
+        part = symbol(model, key) if key in (*model.state_names, *model.observable_names) else key
         if variable == "basin_share":
             part = next((code.meaning for code in REGION if code.name == key), key)
             return TEXTS[variable].format(of=part), part
@@ -220,6 +236,8 @@ class Catalogue:
         if variable in RATIOS:
             return "1"
         attributes = self.result.stored.attributes
+        if index >= len(keys := self._stored_keys(variable)) > 0:
+            return self.result.sweep.model.observables[index - len(keys)].unit
         own = attributes[variable].get("units")
         listed = [attributes[dim].get("component_units", "") for dim in self._own_dims(variable)]
         units = ", ".join(listed).split(", ")

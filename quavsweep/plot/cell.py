@@ -15,11 +15,13 @@ from quavsweep.errors import ConfigError
 from quavsweep.nearest import nearest
 from quavsweep.plot.catalogue import Catalogue
 from quavsweep.plot.colour import Limits
+from quavsweep.plot.observed import observed
 from quavsweep.plot.orbit import add_orbit, orbit_height
 from quavsweep.plot.orbit_diagram import sampled_state, samples_text
 from quavsweep.plot.overlay import make_curves
 from quavsweep.plot.scale import set_values
-from quavsweep.plot.style import PANEL, measured, number, rate_unit, say, symbol, unit_text
+from quavsweep.plot.series import draw_course
+from quavsweep.plot.style import PANEL, measured, number, rate_unit, say, symbol, unit_text, with_unit
 from quavsweep.plot.title import LINE, cell_title, horizon_text
 from quavsweep.plot.trace import Trace
 
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 
 WRITTEN = 0.16  # inches of a line
 WRITTEN_OUT = 3  # exponents at most whose values fit beside each other
+ROOM = 30  # characters beside a course
 FEW = 300  # samples up to which dots are large
 
 
@@ -88,8 +91,14 @@ def possible_parts(result: Result) -> list[str]:
     return [*(name for name in ("orbit", "samples", "lyapunov") if name in result), "final_state"]
 
 
+def _courses(result: Result) -> list[str]:
+    """Return the states and observables that can be drawn against time."""
+    model = result.sweep.model
+    return [f"orbit.{name}" for name in (*model.state_names, *model.observable_names)] if "orbit" in result else []
+
+
 def _chosen(result: Result, variables: Sequence[str]) -> list[str]:
-    possible = possible_parts(result)
+    possible = [*possible_parts(result), *_courses(result)]
     for name in variables:
         if name not in possible:
             hint = nearest(name, possible)
@@ -105,13 +114,25 @@ def _trace(result: Result) -> Trace:
 def draw_part(
     axes: Axes, result: Result, part: str, limits: Limits | None = None, written_out: int = WRITTEN_OUT
 ) -> None:
-    """Draw `samples`, `lyapunov` or `final_state` of the only cell; no more than some exponents are written out."""
+    """Draw a part of the only cell, such as `samples` or `orbit.p`; no more than some exponents are written out."""
     draw: dict[str, Callable[[Axes, Result], None]] = {"samples": _draw_return, "lyapunov": _draw_exponents}
-    draw.get(part, _draw_state)(axes, result)
+    if part.startswith("orbit."):
+        _draw_course(axes, result, part.partition(".")[2])
+    else:
+        draw.get(part, _draw_state)(axes, result)
     if part == "lyapunov" and len(result["lyapunov"]) <= written_out:
         axes.set_xticks(axes.get_xticks(), _written_out(result))
-    if limits is not None and part in draw:
+    if limits is not None and (part in draw or "." in part):
         axes.set_ylim(*limits)
+
+
+def _draw_course(axes: Axes, result: Result, name: str) -> None:
+    """Draw a state or observable against time."""
+    trace, model = _trace(result), result.sweep.model
+    known = name in model.state_names
+    values = trace.shown[:, model.state_names.index(name)] if known else observed(result, "orbit", name)
+    draw_course(axes, trace, values, name, ROOM)
+    axes.set_xlabel(with_unit("$t$", model.time_unit))
 
 
 def _draw_return(axes: Axes, result: Result) -> None:

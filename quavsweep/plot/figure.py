@@ -151,18 +151,18 @@ def picture(result: Result) -> bytes:
     return buffer.getvalue()
 
 
-def draw_point(point: Point, path: Path | str) -> Path:
-    """Draw a single cell into a PNG, PDF or SVG file and return its path.
+def draw_point(point: Point, path: Path | str, variables: Sequence[str] = ()) -> Path:
+    """Draw a single cell, and some states or observables as `orbit.p`, into a PNG, PDF or SVG file; return its path.
 
     Raises
     ------
     ConfigError
-        If the format is not known.
+        If the format is not known, or there is no such state or observable.
     DiskError
         If the file cannot be written.
     """
     path = _validate_path(path)
-    return save_figure(make_point_figure(point), path)
+    return save_figure(make_point_figure(point, variables), path)
 
 
 def _validate_path(path: Path | str) -> Path:

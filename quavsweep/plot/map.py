@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colorbar import Colorbar
@@ -68,12 +69,17 @@ def draw_panel(
     if quantity.codes:
         legend_above(axes, code_handles(quantity.values, quantity.codes, quantity.todo), WIDTH)
         return
+    legend_above(axes, number_handles(quantity), WIDTH, title=quantity.label() if quantity.empty else "")
+    if not quantity.empty:
+        draw_bar(figure, mesh, [axes], quantity, scale)
+
+
+def number_handles(quantity: Quantity) -> list[Artist]:
+    """Return a legend's entries for cells of a map of numbers that have none, or a bound alone."""
     handles = mask_handles(quantity.todo, quantity.void)
     if quantity.bounded:
         handles.append(Line2D([], [], ls="", marker=".", ms=4, mew=0.3, mec="white", color="black", label="at least"))
-    legend_above(axes, handles, WIDTH, title=quantity.label() if quantity.empty else "")
-    if not quantity.empty:
-        draw_bar(figure, mesh, [axes], quantity, scale)
+    return handles
 
 
 def draw_map(axes: Axes, result: Result, quantity: Quantity, scale: ColourScale) -> QuadMesh:

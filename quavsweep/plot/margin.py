@@ -71,9 +71,7 @@ def _draw_lines(axes: Axes, margin: Margin) -> None:
                 _mark(axes, row, side.way.sign * distance * scale, probe.answer.what, half)
             if side.distance is not None:
                 axes.add_line(Line2D([side.way.sign * side.distance * scale], [row], zorder=3, **CHANGE))
-                )
-        base = {"color": "black", "lw": 1.2, "zorder": 3 if line.distance is None else 1.5}
-        axes.plot([0.0, 0.0], [row - 0.5 * BAND, row + 0.5 * BAND], **base)
+        axes.plot([0.0, 0.0], [row - 0.5 * BAND, row + 0.5 * BAND], color="black", lw=CRAFT, zorder=2)
     axes.set_yticks(range(len(margin.lines)), [_name(margin, line) for line in margin.lines])
     axes.set_ylim(len(margin.lines) - 0.4, -0.6)
     axes.set_xlim(-102 * margin.reach, 102 * margin.reach)

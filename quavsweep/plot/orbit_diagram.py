@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from quavsweep.codes import Region
 from quavsweep.config import Sweep
 from quavsweep.plot.along import drawn_axes
+from quavsweep.plot.observed import observed
 from quavsweep.plot.quantity import Quantity
 from quavsweep.plot.style import symbol
 
@@ -62,10 +63,12 @@ def draw_samples(axes: Axes, result: Result, quantity: Quantity) -> np.ndarray:
 
 
 def _equilibria(result: Result, quantity: Quantity) -> np.ndarray:
-    """Return the state of the equilibrium in which each cell ended, NaN elsewhere or where no state is drawn."""
+    """Return the value at the equilibrium in which each cell ended, NaN elsewhere or where no samples are drawn."""
     variable, _, state = quantity.name.partition(".")
     sink = result["region"] == Region.SINK
     if variable != "samples" or "equilibrium" not in result:
         return np.full(sink.shape, np.nan)
-    index = result.sweep.model.state_names.index(state)
-    return np.where(sink, result["equilibrium"][:, index], np.nan)
+    model = result.sweep.model
+    if state in model.observable_names:
+        return np.where(sink, observed(result, "equilibrium", state), np.nan)
+    return np.where(sink, result["equilibrium"][:, model.state_names.index(state)], np.nan)

@@ -27,7 +27,7 @@ def space_dimensions(model: Model) -> int:
     return min(count, 3) if count > 1 else 0
 
 
-def draw_space(figure: Figure, place: SubplotSpec, trace: Trace) -> Axes:
+def draw_space(figure: Figure, place: SubplotSpec, trace: Trace, legend: bool = True) -> Axes:
     """Draw an orbit: its early part pale, its late part dark, its start, and the equilibrium in which it ends."""
     count = space_dimensions(trace.model)
     axes = figure.add_subplot(place, projection="3d" if count == 3 else None)
@@ -41,7 +41,9 @@ def draw_space(figure: Figure, place: SubplotSpec, trace: Trace) -> Axes:
         axes.plot(*np.asarray(trace.equilibrium)[:count, None], **end)
     (_label_box if count == 3 else _label_plane)(axes, trace.model, states)
     where = "upper center" if count == 3 else "lower center"
-    axes.legend(handles=_handles(trace), loc=where, bbox_to_anchor=(0.5, 1.08 if count == 3 else 1.0), ncols=4, **LOOK)
+    if legend:
+        above = (0.5, 1.08 if count == 3 else 1.0)
+        axes.legend(handles=space_handles(trace), loc=where, bbox_to_anchor=above, ncols=4, **LOOK)
     return axes
 
 
@@ -52,7 +54,7 @@ def _marks(trace: Trace) -> tuple[dict[str, Any], dict[str, Any]]:
     return start, end if trace.equilibrium is not None else {}
 
 
-def _handles(trace: Trace) -> list[Artist]:
+def space_handles(trace: Trace) -> list[Artist]:
     """Return a legend's entries for the parts of an orbit and its marks."""
     parts = zip(trace.part_names, (EARLY, LATE), strict=True)
     lines = [Line2D([], [], color=colour, lw=1.2, label=name) for name, colour in parts]

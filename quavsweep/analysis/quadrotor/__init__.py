@@ -1,0 +1,1 @@
+"""Analyses that belong to the quadrotor alone: pure functions on arrays."""

@@ -1,0 +1,80 @@
+"""Figure 6: the rotor speeds at which the craft hovers, and where hovering is chaotic."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from quavsweep.analysis.quadrotor.hovering import hovering_speed, hovering_stretch, thrust
+from quavsweep.analysis.stretch import best_interval
+from quavsweep.codes import Region
+from quavsweep.paper.hover import GRAVITY, LIFT, MASS
+from quavsweep.paper.interval import HORIZON, Interval, chaotic_stretches, line_of, shares
+from quavsweep.paper.item import Findings, Item
+from quavsweep.paper.printed import read_printed
+from quavsweep.paper.row import Computed
+from quavsweep.paper.run import Runs
+from quavsweep.plot.hovering import make_hovering_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NAME, PLANE = "hover", "figure_05"
+UNIT = "rad/s"
+
+
+def analyse(runs: Runs) -> Findings:
+    """Compare the curve, the thrust over the plane, and the chaotic stretch with what the paper says."""
+    printed = {row.key: float(row.number or 0) for row in read_printed("figure_06")}
+    line = line_of(runs, NAME, "c")
+    said = Interval(printed["chaos.c.low"], printed["chaos.c.high"], Region.CHAOS)
+    curve, speed = runs[NAME], hovering_speed(5.0, MASS, GRAVITY, LIFT)
+    corners = [thrust(Omega1, c, LIFT) for Omega1 in (printed["curve.high"], 500.0) for c in (3.0, 7.0)]
+    found = best_interval(line.seen == Region.CHAOS)
+    note = f"the c that tell chaos best at {HORIZON:,.0f} s"
+    low, high = (float(line.positions[i]) for i in found) if found else (np.nan, np.nan)
+    computed = {
+        "weight": Computed(MASS * GRAVITY),
+        "speed.5": Computed(float(speed)),
+        "curve.low": Computed(float(curve["Omega1"].min())),
+        "curve.high": Computed(float(curve["Omega1"].max())),
+        "thrust.low": Computed(float(min(corners))),
+        "thrust.high": Computed(float(max(corners))),
+        "chaos.c.low": Computed(low, line.step, note),
+        "chaos.c.high": Computed(high, line.step, note),
+    }
+    tables = (
+        shares(line, [said], "Hovering where the paper says that it tends to chaos, in c [rad/s]"),
+        chaotic_stretches(line, "Stretches of the curve that are chaotic, in c", UNIT),
+    )
+    ends = hovering_speed(np.array([said.high, said.low]), MASS, GRAVITY, LIFT)
+    stretch = hovering_stretch((3.0, 7.0), (printed["curve.low"], printed["curve.high"]), MASS, GRAVITY, LIFT)
+    assert stretch is not None
+    text = (
+        f"The paper's stretch of c is Omega1 = {ends[0]:.2f} to {ends[1]:.2f} rad/s on the curve; the speeds that it "
+        f"names beside it are c = {stretch[0]:.2f} to {stretch[1]:.2f} rad/s. {_told(line.regions)}"
+    )
+    return Findings(computed, data=line.strips([said]), tables=tables, text=text)
+
+
+def _told(regions: Mapping[str, np.ndarray]) -> str:
+    """Return how much of the curve is chaotic at each time."""
+    parts = [f"{np.mean(r == Region.CHAOS):.1%} at {t.split(' ')[0]} s" for t, r in regions.items()]
+    return f"Of the whole curve, {' and '.join(parts)} are chaotic."
+
+
+def draw(runs: Runs, findings: Findings) -> Figure:
+    """Draw curve, regions along it, and its place over Figure 5."""
+    return make_hovering_figure(runs[NAME], findings.data, runs.result(PLANE, HORIZON))
+
+
+FIGURE = Item(
+    "figure_06",
+    "Hovering: rotor speed over speed difference, regions along the curve at 4,000 s and in the end, and the curve "
+    "over Figure 5",
+    analyse,
+    draw,
+    (NAME, PLANE),
+)

@@ -1,0 +1,107 @@
+"""Figure 12: Cases 1, 2 and 3 in flight, from 200 m to the ground."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from quavsweep.analysis.turn import turns
+from quavsweep.paper.item import Findings, Item, Table
+from quavsweep.paper.row import Computed
+from quavsweep.paper.run import Runs
+from quavsweep.plot.flight import course, make_flight_figure
+from quavsweep.result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SWEEP = "cases"
+NAMES = ("p", "phi", "theta", "psi", "az", "z")
+STILL = 0.1  # of Case 1's roll rate; a case that stays below is nearly still
+NEAR = 0.95  # of the largest magnitude, from which on a turn counts as a peak
+
+
+def analyse(runs: Runs) -> Findings:
+    """Find impacts and the extremes before them, and compare the cases."""
+    flown = runs[SWEEP]
+    ends = flown["first_time"]
+    last = np.where(np.isfinite(ends), ends, flown["time"][-1])
+    peak = {name: [largest(flown, name, i, last[i]) for i in range(len(last))] for name in ("p", "phi", "theta", "az")}
+    size = {name: np.abs([value for _, value in of]) for name, of in peak.items()}
+    computed: dict[str, Computed] = {}
+    for i in (0, 1):
+        (at, roll), (when, fall) = (first_peak(flown, name, i, ends[i]) for name in ("phi", "az"))
+        (late, most), case = peak["phi"][i], f"case{i + 1}"
+        computed |= {
+            f"{case}.roll": Computed(
+                roll, note=f"first peak, at {at:.2f} s; the largest is {most:.4f} at {late:.2f} s"
+            ),
+            f"{case}.degrees": Computed(float(np.degrees(roll)), note="the same"),
+            f"{case}.time": Computed(at, note="of the first peak of the roll angle"),
+            f"{case}.az": Computed(fall, note=f"first peak, at {when:.2f} s"),
+            f"{case}.impact": Computed(float(ends[i]), note="z = 0, by root finding"),
+        }
+    computed |= {
+        "roll.pitch.1": _told(size["phi"][0] > size["theta"][0], "larger", "smaller"),
+        "roll.pitch.2": _told(size["phi"][1] > size["theta"][1], "larger", "smaller"),
+        "amplitude": _told(size["p"][1] < size["p"][0], "smaller", "larger"),
+        "slower": _told(ends[0] > ends[1], "Case 1", "Case 2"),
+        "still": _told(size["p"][2] < STILL * size["p"][0], "nearly still", "moving"),
+    }
+    return Findings(computed, tables=(_table(flown, ends, peak),), text=_text(flown, ends))
+
+
+def largest(flown: Result, name: str, case: int, end: float) -> tuple[float, float]:
+    """Return time and value of the largest magnitude of a quantity at its turns before some time."""
+    time, value = turns(flown["time"], course(flown, name)[case])
+    before = time < end
+    if not before.any():
+        return np.nan, np.nan
+    k = int(np.argmax(np.abs(value[before])))
+    return float(time[before][k]), float(value[before][k])
+
+
+def first_peak(flown: Result, name: str, case: int, end: float) -> tuple[float, float]:
+    """Return time and value of the first turn that comes near to the largest magnitude before some time."""
+    time, value = turns(flown["time"], course(flown, name)[case])
+    _, most = largest(flown, name, case, end)
+    near = (time < end) & (np.abs(value) >= NEAR * abs(most))
+    return (float(time[near][0]), float(value[near][0])) if near.any() else (np.nan, np.nan)
+
+
+def _told(holds: np.bool_, yes: str, no: str) -> Computed:
+    return Computed(yes if holds else no)
+
+
+def _table(flown: Result, ends: np.ndarray, peak: dict[str, list[tuple[float, float]]]) -> Table:
+    """Return what each case does until its impact."""
+    model = flown.sweep.model
+    head = ("case", "impact [s]", *(f"largest {name} [{model.quantity(name).unit}] at [s]" for name in peak))
+    rows = [
+        (str(i + 1), f"{ends[i]:.4f}", *(f"{of[i][1]:.4f} at {of[i][0]:.3f}" for of in peak.values()))
+        for i in range(len(ends))
+    ]
+    return Table("Extremes before the impact", head, rows)
+
+
+def _text(flown: Result, ends: np.ndarray) -> str:
+    """Say how far the third case falls, and what the angles are at."""
+    method, dt = flown.sweep.config.integrate.method, flown.sweep.clock.dt
+    third = f"Case 3 reaches the ground at {ends[2]:.2f} s" if np.isfinite(ends[2]) else "Case 3 does not come down"
+    return f"{third}. Integrated by {method} with dt = {dt:g} s; turns are found between stored states."
+
+
+def draw(runs: Runs, findings: Findings) -> Figure:
+    """Draw the three flights over time."""
+    flown = runs[SWEEP]
+    return make_flight_figure(flown, NAMES, ("Case 1", "Case 2", "Case 3"), flown["first_time"])
+
+
+FIGURE = Item(
+    "figure_12",
+    "Roll rate, Euler angles, vertical acceleration and height of Cases 1, 2 and 3, each until its impact",
+    analyse,
+    draw,
+    (SWEEP,),
+)
