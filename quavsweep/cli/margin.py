@@ -139,25 +139,30 @@ def _distances(found: Margin) -> list[str]:
 
 
 def _row(name: str, line: Line, side: Side) -> tuple[str, ...]:
-    sign, direction = "+" if side.way.sign > 0 else "-", line.direction
+    direction = line.direction
     base = f"{direction.base:.5g}" if name else ""
     if side.distance is None or side.inner is None or side.outer is None:
-        limit = side.way.limit
-        why = side.way.ended_by or "reach"
-        return name, base, f"> {limit:.4g}", f"{sign}{100 * limit / direction.scale:.4g}", "", why[:12], ""
+        limit, why = side.way.limit, side.way.ended_by or "reach"
+        return name, base, f"> {limit:.4g}", _percent(side.way.sign * limit / direction.scale), "", why[:12], ""
     mark = "<" if side.bound else "*" if side is line.nearest else ""
-    values = [probe.values[direction.along] for probe in (side.inner, side.outer)]
+    values = _apart(*(probe.values[direction.along] for probe in (side.inner, side.outer)))
     safe, tumbles = values[::-1] if line.base.answer.tumbles else values
-    distance = f"{mark} {side.distance:.4g}".strip()
-    return (
-        name,
-        base,
-        distance,
-        f"{sign}{100 * side.distance / direction.scale:.2g}",
-        f"{safe:.6g}",
-        f"{tumbles:.6g}",
-        _beyond(side.outer.answer),
-    )
+    relative = _percent(side.way.sign * side.distance / direction.scale)
+    return name, base, f"{mark} {side.distance:.4g}".strip(), relative, safe, tumbles, _beyond(side.outer.answer)
+
+
+def _percent(share: float) -> str:
+    digits = ".3g" if abs(share) >= 0.1 else ".2g" if abs(share) >= 1e-3 else ".0e"
+    return f"{100 * share:+{digits}}"
+
+
+def _apart(one: float, other: float) -> tuple[str, str]:
+    """Return two numbers with so many digits that they differ, as far as a column takes."""
+    for digits in range(6, 17):
+        texts = f"{one:.{digits}g}", f"{other:.{digits}g}"
+        if texts[0] != texts[1] or max(map(len, texts)) >= WIDTHS[4] - 1:
+            break
+    return texts
 
 
 def _beyond(answer: Answer) -> str:

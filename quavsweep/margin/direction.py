@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from quavsweep.analysis.quadrotor.hovering import hovering_speed
 from quavsweep.models import Model, Relation
 from quavsweep.models.craft import TABLE_2
 
@@ -76,16 +77,12 @@ def changed_parameters(model: Model) -> tuple[str, ...]:
 def hovering_curve(parameters: Values) -> Direction:
     """Return the curve on which thrust is weight, equation (22) of the paper, along c at the craft's c.
 
-    Notes
-    -----
-    b (2 Omega1^2 + 2 (Omega1 + c)^2) = m g, so Omega1 = (sqrt(m g / b - c^2) - c) / 2. A model without lift, mass or
-    gravity has those of Table 2.
+    A model without lift, mass or gravity has those of Table 2.
     """
     b, m, g = (parameters.get(name, TABLE_2[name].default) for name in ("b", "m", "g"))
 
     def speed(c: float) -> Values:
-        square = m * g / b - c**2
-        return {"Omega1": 0.5 * (math.sqrt(square) - c) if square >= 0 else math.nan}
+        return {"Omega1": float(hovering_speed(c, m, g, b))}
 
     return Direction(HOVERING, "c", parameters["c"], follow=speed)
 

@@ -33,6 +33,12 @@ FOUND = REGIONS | {  # by angle
 }
 CRAFT = 1.2  # points, of the line where the craft is
 CHANGE: dict[str, Any] = {"marker": "D", "ms": 4, "mfc": "white", "mec": "black", "mew": 0.8}
+SIDED: dict[str, Any] = {"ms": 4, "mfc": "0.45", "mec": "0.45"}
+GAINS: dict[str, dict[str, Any]] = {
+    "gain from $-1$ %": {"marker": "<", **SIDED},
+    "from $+1$ %": {"marker": ">", **SIDED},
+    "mean": {"marker": "o", "ms": 4.5, "mfc": "black", "mec": "black"},
+}
 BESIDE = 0.03  # of the width, between a mark and its text
 
 
@@ -50,6 +56,8 @@ def make_margin_figure(margin: Margin) -> Figure:
         handles: list[Artist] = [patch(colour, meaning) for name, (colour, meaning) in FOUND.items() if name in present]
         handles.append(Line2D([], [], label="nearest change", ls="", **CHANGE))
         handles.append(Line2D([], [], label="the craft", color="black", lw=CRAFT))
+        if any(math.isfinite(gain.per_percent) and gain.enters for gain in margin.gains):
+            handles += [Line2D([], [], label=text, ls="", **look) for text, look in GAINS.items()]
         rows = max(len(margin.lines), len(margin.gains))
         height = ROW * rows + FOOT + legend_height(handles, PAGE - 0.3)
         figure = Figure(figsize=(PAGE, height), layout="constrained")
@@ -102,9 +110,8 @@ def _draw_gains(axes: Axes, margin: Margin) -> None:
             axes.text(BESIDE * largest, row, text, va="center", fontsize=6, color="0.3")
             continue
         axes.plot([below, above], [row, row], color="0.6", lw=1.0, zorder=1)
-        axes.plot(below, row, marker="<", ms=4, color="0.45", ls="")
-        axes.plot(above, row, marker=">", ms=4, color="0.45", ls="")
-        axes.plot(mean, row, marker="o", ms=4.5, color="black", ls="")
+        for value, look in zip((below, above, mean), GAINS.values(), strict=True):
+            axes.add_line(Line2D([value], [row], ls="", zorder=2, **look))
     names = [symbol(model, gain.name) if gain.enters else f"${gain.name}$" for gain in margin.gains]
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(max(len(names), len(margin.lines)) - 0.4, -0.6)
