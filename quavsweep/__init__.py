@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from quavsweep.analysis.equilibrium_search import Equilibria, find_equilibria
     from quavsweep.cli.progress import show_progress
     from quavsweep.config import Sweep, load_sweep, parse_sweep
+    from quavsweep.margin import Margin, find_margin
     from quavsweep.plot import draw, draw_point, make_figure, make_point_figure
     from quavsweep.point import Point, compute_point
     from quavsweep.result import Result, open_result
@@ -25,7 +26,9 @@ _HOMES = {
     "Sweep": "quavsweep.config",
     "bifurcation_curve": "quavsweep.analysis.bifurcation_curve",
     "compute_point": "quavsweep.point",
+    "Margin": "quavsweep.margin",
     "draw": "quavsweep.plot",
+    "find_margin": "quavsweep.margin",
     "draw_point": "quavsweep.plot",
     "find_bifurcations": "quavsweep.analysis.bifurcation",
     "find_equilibria": "quavsweep.analysis.equilibrium_search",
@@ -43,6 +46,7 @@ _HOMES = {
 __all__ = [
     "Bifurcation",
     "Equilibria",
+    "Margin",
     "Point",
     "Result",
     "Sweep",
@@ -54,6 +58,7 @@ __all__ = [
     "extend_sweep",
     "find_bifurcations",
     "find_equilibria",
+    "find_margin",
     "load_sweep",
     "make_figure",
     "make_point_figure",

@@ -10,6 +10,7 @@ import click
 
 from quavsweep.cli.draw import plot, point
 from quavsweep.cli.look import export, status, verify
+from quavsweep.cli.margin import margin
 from quavsweep.cli.paper import paper
 from quavsweep.cli.run import classify, extend, run
 from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, deafen, say, warn
@@ -56,7 +57,7 @@ def cli(context: click.Context, traceback: bool) -> None:
         say(context.get_help())
 
 
-for verb in (init, run, extend, status, plot, point, classify, verify, export, schema, paper):
+for verb in (init, run, extend, status, plot, point, classify, verify, export, margin, schema, paper):
     cli.add_command(verb)
 
 

@@ -1,0 +1,127 @@
+"""The figure of a margin: along each direction what was found, both ways, and beside it what changes gain."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from quavsweep.codes import REGION
+from quavsweep.plot.code import patch
+from quavsweep.plot.figure import save_figure
+from quavsweep.plot.legend import legend_height, legend_outside
+from quavsweep.plot.style import PAGE, style, symbol, with_unit
+
+if TYPE_CHECKING:
+    from quavsweep.margin import Margin
+    from quavsweep.margin.finding import Gain, Line
+
+ROW = 0.27  # inches of a direction
+FOOT = 0.75  # inches for the axis and its label
+BAND = 0.62  # of a row, that a direction's band takes
+REGIONS = {code.name: (code.colour, code.meaning) for code in REGION}
+FOUND = REGIONS | {  # by angle
+    "within": (REGIONS["sink"][0], "within the angle"),
+    "beyond": ("#e69f00", "beyond the angle"),
+    "lost": (REGIONS["unbounded"][0], "left the domain"),
+}
+CRAFT = 1.2  # points, of the line where the craft is
+CHANGE: dict[str, Any] = {"marker": "D", "ms": 4, "mfc": "white", "mec": "black", "mew": 0.8}
+SIDED: dict[str, Any] = {"ms": 4, "mfc": "0.45", "mec": "0.45"}
+GAINS: dict[str, dict[str, Any]] = {
+    "gain from $-1$ %": {"marker": "<", **SIDED},
+    "from $+1$ %": {"marker": ">", **SIDED},
+    "mean": {"marker": "o", "ms": 4.5, "mfc": "black", "mec": "black"},
+}
+BESIDE = 0.03  # of the width, between a mark and its text
+
+
+def draw_margin(margin: Margin, path: Path) -> Path:
+    """Draw a margin into a PNG, PDF or SVG file and return its path."""
+    with style():
+        return save_figure(make_margin_figure(margin), path)
+
+
+def make_margin_figure(margin: Margin) -> Figure:
+    """Return what the scans found along each direction, with the nearest changes, and the gains beside."""
+    with style():
+        present = {probe.answer.what for line in margin.lines for side in line.sides for _, probe in side.scan}
+        present.add(margin.base.answer.what)
+        handles: list[Artist] = [patch(colour, meaning) for name, (colour, meaning) in FOUND.items() if name in present]
+        handles.append(Line2D([], [], label="nearest change", ls="", **CHANGE))
+        handles.append(Line2D([], [], label="the craft", color="black", lw=CRAFT))
+        if any(math.isfinite(gain.per_percent) and gain.enters for gain in margin.gains):
+            handles += [Line2D([], [], label=text, ls="", **look) for text, look in GAINS.items()]
+        rows = max(len(margin.lines), len(margin.gains))
+        height = ROW * rows + FOOT + legend_height(handles, PAGE - 0.3)
+        figure = Figure(figsize=(PAGE, height), layout="constrained")
+        left, right = figure.subplots(1, 2, width_ratios=(2.6, 1.0))
+        _draw_lines(left, margin)
+        _draw_gains(right, margin)
+        legend_outside(figure, handles, "upper")
+        return figure
+
+
+def _draw_lines(axes: Axes, margin: Margin) -> None:
+    """Draw a band for each direction, coloured by what was found, over the relative distance in per cent."""
+    for row, line in enumerate(margin.lines):
+        scale = 100 / line.direction.scale
+        _mark(axes, row, 0.0, line.base.answer.what, 0.5 * line.sides[0].way.spacing * scale)
+        for side in line.sides:
+            half = 0.5 * side.way.spacing * scale
+            for distance, probe in side.scan:
+                _mark(axes, row, side.way.sign * distance * scale, probe.answer.what, half)
+            if side.distance is not None:
+                axes.add_line(Line2D([side.way.sign * side.distance * scale], [row], zorder=3, **CHANGE))
+        axes.plot([0.0, 0.0], [row - 0.5 * BAND, row + 0.5 * BAND], color="black", lw=CRAFT, zorder=2)
+    axes.set_yticks(range(len(margin.lines)), [_name(margin, line) for line in margin.lines])
+    axes.set_ylim(len(margin.lines) - 0.4, -0.6)
+    axes.set_xlim(-102 * margin.reach, 102 * margin.reach)
+    axes.set_xlabel("change of the parameter (%)")
+    axes.tick_params(axis="y", length=0)
+
+
+def _mark(axes: Axes, row: int, x: float, what: str, half: float) -> None:
+    """Draw a point of a scan as a box as wide as the scan's spacing."""
+    axes.barh(row, 2 * half, left=x - half, height=BAND, color=FOUND[what][0], lw=0.0)
+
+
+def _name(margin: Margin, line: Line) -> str:
+    along = symbol(margin.sweep.model, line.direction.along)
+    return along if line.direction.name == line.direction.along else f"hovering, {along}"
+
+
+def _draw_gains(axes: Axes, margin: Margin) -> None:
+    """Draw the gain of each parameter, from both sides, and half their sum."""
+    model, leading = margin.sweep.model, margin.leading.direction.name
+    known = [abs(x) for gain in margin.gains for x in _values(gain) if math.isfinite(x)]
+    largest = max(known, default=0.0) or 1.0
+    axes.axvline(0.0, color="0.7", lw=0.6, zorder=0)
+    for row, gain in enumerate(margin.gains):
+        below, above, mean = _values(gain)
+        if not gain.enters or not math.isfinite(mean):
+            text = "does not enter" if not gain.enters else "not known within reach"
+            axes.text(BESIDE * largest, row, text, va="center", fontsize=6, color="0.3")
+            continue
+        axes.plot([below, above], [row, row], color="0.6", lw=1.0, zorder=1)
+        for value, look in zip((below, above, mean), GAINS.values(), strict=True):
+            axes.add_line(Line2D([value], [row], ls="", zorder=2, **look))
+    names = [symbol(model, gain.name) if gain.enters else f"${gain.name}$" for gain in margin.gains]
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(max(len(names), len(margin.lines)) - 0.4, -0.6)
+    axes.set_xlim(-1.15 * largest, 1.15 * largest)
+    if not known or not np.any(known):
+        axes.set_xticks([0.0])
+    quantity = model.quantity(margin.leading.direction.along)
+    axes.set_xlabel(with_unit(f"gain in {symbol(model, leading)} per +1 %\n", quantity.unit).replace("\n ", "\n"))
+    axes.tick_params(axis="y", length=0)
+
+
+def _values(gain: Gain) -> tuple[float, float, float]:
+    return gain.from_below, gain.from_above, gain.per_percent
