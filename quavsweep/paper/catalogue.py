@@ -14,6 +14,7 @@ from quavsweep.paper import (
     figure_11,
     figure_12,
     figure_13,
+    margin,
     remark_3,
     table_1,
     table_2,
@@ -37,4 +38,5 @@ ITEMS: tuple[Item, ...] = (
     figure_12.FIGURE,
     figure_13.FIGURE,
     remark_3.FIGURE,
+    margin.FIGURE,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,11 +52,7 @@ def draw_margin(margin: Margin, path: Path) -> Path:
 def make_margin_figure(margin: Margin) -> Figure:
     """Return what the scans found along each direction, with the nearest changes, and the gains beside."""
     with style():
-        present = {probe.answer.what for line in margin.lines for side in line.sides for _, probe in side.scan}
-        present.add(margin.base.answer.what)
-        handles: list[Artist] = [patch(colour, meaning) for name, (colour, meaning) in FOUND.items() if name in present]
-        handles.append(Line2D([], [], label="nearest change", ls="", **CHANGE))
-        handles.append(Line2D([], [], label="the craft", color="black", lw=CRAFT))
+        handles = _handles([margin])
         if any(math.isfinite(gain.per_percent) and gain.enters for gain in margin.gains):
             handles += [Line2D([], [], label=text, ls="", **look) for text, look in GAINS.items()]
         rows = max(len(margin.lines), len(margin.gains))
@@ -66,6 +63,35 @@ def make_margin_figure(margin: Margin) -> Figure:
         _draw_gains(right, margin)
         legend_outside(figure, handles, "upper")
         return figure
+
+
+def make_margins_figure(margins: Sequence[Sequence[Margin]], rows: Sequence[str], columns: Sequence[str]) -> Figure:
+    """Return what the scans of several margins found, a row for each craft and a column for each criterion."""
+    with style():
+        handles = _handles([margin for row in margins for margin in row])
+        heights = [max(len(margin.lines) for margin in row) for row in margins]
+        size = PAGE, ROW * sum(heights) + 0.6 * len(rows) + legend_height(handles, PAGE - 0.3)
+        figure = Figure(figsize=size, layout="constrained")
+        grid = figure.subplots(len(rows), len(columns), squeeze=False, height_ratios=heights)
+        for i, j in np.ndindex(grid.shape):
+            axes: Axes = grid[i, j]
+            margin = margins[i][j]
+            _draw_lines(axes, margin)
+            axes.set_title(f"{rows[i]}, {columns[j]}")
+            axes.label_outer()
+        legend_outside(figure, handles, "upper")
+        return figure
+
+
+def _handles(margins: Sequence[Margin]) -> list[Artist]:
+    """Return a legend's entries for what some margins found."""
+    sides = [side for margin in margins for line in margin.lines for side in line.sides]
+    present = {probe.answer.what for side in sides for _, probe in side.scan}
+    present |= {margin.base.answer.what for margin in margins}
+    handles: list[Artist] = [patch(colour, meaning) for name, (colour, meaning) in FOUND.items() if name in present]
+    handles.append(Line2D([], [], label="nearest change", ls="", **CHANGE))
+    handles.append(Line2D([], [], label="the craft", color="black", lw=CRAFT))
+    return handles
 
 
 def _draw_lines(axes: Axes, margin: Margin) -> None:
