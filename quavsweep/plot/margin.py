@@ -72,10 +72,11 @@ def make_margins_figure(margins: Sequence[Sequence[Margin]], rows: Sequence[str]
         heights = [max(len(margin.lines) for margin in row) for row in margins]
         size = PAGE, ROW * sum(heights) + 0.6 * len(rows) + legend_height(handles, PAGE - 0.3)
         figure = Figure(figsize=size, layout="constrained")
-        grid = figure.subplots(len(rows), len(columns), squeeze=False, height_ratios=heights)
-        for i, j in np.ndindex(grid.shape):
-            axes: Axes = grid[i, j]
-            margin = margins[i][j]
+        panels: list[list[Axes]] = figure.subplots(
+            len(rows), len(columns), squeeze=False, height_ratios=heights
+        ).tolist()
+        for i, j in np.ndindex(len(rows), len(columns)):
+            axes, margin = panels[i][j], margins[i][j]
             _draw_lines(axes, margin)
             axes.set_title(f"{rows[i]}, {columns[j]}")
             axes.label_outer()
