@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-WIDTH = 10.0  # inches
-ROW = 2.2  # inches that a row is high, about
+WIDTH = 7.0  # inches
+ROW = 1.5  # inches that a row is high, about
 GAP = 0.12  # inches between pictures
 NAME = 0.22  # inches for the name below one
 
