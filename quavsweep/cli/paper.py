@@ -23,7 +23,7 @@ def paper(out: Path | None, only: tuple[str, ...], quick: bool, workers: int, ma
     """Compute, check and draw the whole paper.
 
     \b
-    quavsweep paper                      all of it, about a quarter of an hour
+    quavsweep paper                      all of it: 17 minutes on 2 cores, 2.6 GB
     quavsweep paper --only figure_03     one of its figures
     quavsweep paper --quick              thumbnails: does everything work?
 
