@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from quavsweep.classify import classify, missing_sum, missing_zero, regions, result_variables, undecided
+from quavsweep.classify import classify, missing_sum, missing_zero, regions, result_variables, unsettled
 from quavsweep.codes import Certificate, Region, Status
 from quavsweep.config import Sweep, load_sweep
+from quavsweep.config.schema import Effort
 from quavsweep.grid import Tile
 from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
@@ -243,7 +245,9 @@ def test_statuses_that_decide_by_themselves(sweep: Sweep) -> None:
     assert [Region(value) for value in result["region"]] == expected
     assert np.isnan(result["lyapunov"][:4]).all()
     np.testing.assert_array_equal(regions(sweep, evidence), result["region"])
-    assert undecided(sweep, evidence).tolist() == [False, False, False, True, False]
+    assert not unsettled(sweep, evidence).any()
+    going = replace(sweep, config=sweep.config.model_copy(update={"effort": Effort(max_duration=1e5)}))
+    assert unsettled(going, evidence).tolist() == [False, False, False, True, False]
 
 
 def test_raw_sums_are_compared_with_the_mean_divergence(sweep: Sweep) -> None:
