@@ -99,6 +99,22 @@ def test_what_fails_is_named_and_the_rest_goes_on(tmp_path: Path, monkeypatch: p
     assert [item["item"] for item in data["items"]] == ["bad", "good"]
 
 
+def test_items_done_earlier_stay_in_the_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one, two = (Item(name, name.title(), _nothing, lambda runs, findings: Figure()) for name in ("one", "two"))
+    _items(monkeypatch, one, two)
+    reproduce_paper(tmp_path / "paper")
+    whole = (tmp_path / "paper/report.md").read_bytes()
+    reproduce_paper(tmp_path / "paper", only=["two"])
+    assert (tmp_path / "paper/report.md").read_bytes() == whole
+    _items(monkeypatch, Item("one", "One", _wrong), two)
+    assert reproduce_paper(tmp_path / "paper", only=["one"]).failed
+    assert (tmp_path / "paper/failed/one.txt").exists()
+    _items(monkeypatch, one, two)
+    reproduce_paper(tmp_path / "paper", only=["one"])
+    assert not (tmp_path / "paper/failed/one.txt").exists()
+    assert (tmp_path / "paper/report.md").read_bytes() == whole
+
+
 def test_a_stop_is_no_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _items(monkeypatch, Item("bad", "Bad", _stopped))
     with pytest.raises(StoppedError):

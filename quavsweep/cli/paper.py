@@ -16,7 +16,7 @@ from quavsweep.errors import TilesFailedError
 @click.command()
 @click.option("--out", type=PATH, metavar="DIR", help="Folder of runs, figures, report; default results/paper.")
 @click.option("--only", multiple=True, metavar="ITEM", help="Only this figure or table, as figure_03; may be repeated.")
-@click.option("--quick", is_flag=True, help="Thumbnails of all grids, in a minute, into results/paper-quick.")
+@click.option("--quick", is_flag=True, help="Thumbnails of all grids, in two minutes, into results/paper-quick.")
 @workers_option
 @max_time_option
 def paper(out: Path | None, only: tuple[str, ...], quick: bool, workers: int, max_time: float | None) -> None:
@@ -34,11 +34,9 @@ def paper(out: Path | None, only: tuple[str, ...], quick: bool, workers: int, ma
     stop = stop_on_signals(max_time)
     from quavsweep.cli.progress import show_progress
     from quavsweep.paper import reproduce_paper
-    from quavsweep.paper.report import counts
 
     done = reproduce_paper(out, only=only, quick=quick, workers=workers, show=show_progress, tell=warn, stop=stop)
-    verdicts = counts(done.outcomes)
-    rows = [(str(verdict), f"{number:>6,}") for verdict, number in verdicts.items()]
+    rows = [(str(verdict), f"{number:>6,}") for verdict, number in done.verdicts.items()]
     rows += [("failed", f"{outcome.item.name}: {outcome.error}") for outcome in done.failed]
     rows += [("time", duration(time.monotonic() - begin)), ("report", str(done.out / "report.md"))]
     say(table([("paper", f"{len(done.outcomes)} figures and tables"), *rows]))

@@ -15,7 +15,8 @@ from quavsweep.paper.catalogue import ITEMS
 from quavsweep.paper.item import Item
 from quavsweep.paper.outcome import Outcome, analysed, heading
 from quavsweep.paper.printed import read_printed
-from quavsweep.paper.report import write_report
+from quavsweep.paper.report import Entry, counts, write_report
+from quavsweep.paper.row import Verdict
 from quavsweep.paper.run import Runs, Show, unseen
 from quavsweep.paper.thumbnail import CHANGES
 from quavsweep.plot import save_figure
@@ -36,11 +37,14 @@ class Reproduction:
     out : Path
         The folder of the report.
     outcomes : tuple of Outcome
-        One per item, in the paper's order.
+        One per item that was done, in the paper's order.
+    verdicts : dict
+        How many rows of the report have each verdict, with those of items that were done earlier.
     """
 
     out: Path
     outcomes: tuple[Outcome, ...]
+    verdicts: Mapping[Verdict, int]
 
     @property
     def failed(self) -> tuple[Outcome, ...]:
@@ -67,7 +71,7 @@ def reproduce_paper(
     only : sequence of str
         The items to do; default all.
     quick : bool
-        Whether to cut the grids to thumbnails, which take a minute and show no more than that everything works.
+        Whether to cut the grids to thumbnails, which take two minutes and show no more than that everything works.
     workers : int
         Number of threads.
     show, tell : callable
@@ -97,15 +101,15 @@ def reproduce_paper(
         if outcomes[-1].error:
             tell(f"{item.name} failed: {outcomes[-1].error}")
         runs.forget()
-    _draw_overview(out, outcomes)
-    write_report(out, outcomes, quick)
+    entries = write_report(out, outcomes, [item.name for item in ITEMS], quick)
+    _draw_overview(out, entries)
     _publish(out / MARK, {"quick": quick, "seconds": seconds})
-    return Reproduction(out, tuple(outcomes))
+    return Reproduction(out, tuple(outcomes), counts(entries))
 
 
-def _draw_overview(out: Path, outcomes: Sequence[Outcome]) -> None:
+def _draw_overview(out: Path, entries: Sequence[Entry]) -> None:
     """Draw all figures small on one sheet."""
-    pictures = [(heading(outcome.item.name), out / outcome.figure) for outcome in outcomes if outcome.figure]
+    pictures = [(heading(entry["item"]), out / entry["figure"]) for entry in entries if entry["figure"]]
     if pictures:
         with style():
             sheet = make_contact_sheet(pictures)
@@ -152,6 +156,7 @@ def _outcome(item: Item, runs: Runs, out: Path) -> Outcome:
                 drawn = item.draw(runs, findings)
             for suffix in (".pdf", ".png"):
                 save_figure(drawn, (out / figure).with_suffix(suffix))
+        (out / "failed" / f"{item.name}.txt").unlink(missing_ok=True)
         return Outcome(item, printed, findings, figure, ids)
     except FATAL:
         raise

@@ -47,7 +47,7 @@ def end_of(result: Result, cell: int) -> Computed:
     if result["was_chaotic"][cell]:
         until = float(result["chaotic_until"][cell])
         then = "" if region is Region.CHAOS else f" until about {until:g} s, then {REGION[region].meaning}"
-        return Computed("chaos", note=f"as computed here{then}; when it ends hangs on rounding")
+        return Computed("chaos", note=f"as computed here{then}; when it ends hangs on the step and on rounding")
     if region is Region.SINK:
         return Computed("E2" if result["equilibrium"][cell, 0] > 0 else "E3", note="E2 is the sink with p, q > 0")
     return Computed(REGION[region].meaning)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from quavsweep.codes import REGION
 from quavsweep.paper.item import Findings, Item
 from quavsweep.paper.row import Computed
@@ -33,14 +31,13 @@ def _behaviour(seen: Result, case: int) -> Computed:
         return Computed(region, note=f"L1 = {seen['lyapunov'][case, 0] + 0.0:.4g} 1/s")
     rate, error, until = (seen[n][case] for n in ("lyapunov_chaotic", "lyapunov_chaotic_se", "chaotic_until"))
     while_chaotic = f"L1 = {rate:.3f} +- {error:.3f} 1/s"
-    return Computed("chaos", note=f"{while_chaotic} until {until:,.0f} s" + f", then {region}" * bool(until < end))
+    then = f", then {region}; when it ends hangs on the step and on rounding" * bool(until < end)
+    return Computed("chaos", note=f"{while_chaotic} until {until:,.0f} s{then}")
 
 
 def draw(runs: Runs, findings: Findings) -> Figure:
     """Draw the three orbits."""
-    until = runs[NAME]["chaotic_until"]
     texts = [f"Case {i + 1}: {findings.computed[f'case{i + 1}'].value}" for i in range(3)]
-    texts = [f"{t} until {u:,.0f} s" if np.isfinite(u) else t for t, u in zip(texts, until, strict=True)]
     return make_spaces_figure(runs[NAME], texts, BEHIND)
 
 

@@ -79,8 +79,12 @@ def _table(flown: Result, ends: np.ndarray, peak: dict[str, list[tuple[float, fl
     model = flown.sweep.model
     head = ("case", "impact [s]", *(f"largest {name} [{model.quantity(name).unit}] at [s]" for name in peak))
     rows = [
-        (str(i + 1), f"{ends[i]:.4f}", *(f"{of[i][1]:.4f} at {of[i][0]:.3f}" for of in peak.values()))
-        for i in range(len(ends))
+        (
+            str(i + 1),
+            f"{ends[i]:.4f}" if np.isfinite(ends[i]) else "none",
+            *(f"{of[i][1]:.4f} at {of[i][0]:.3f}" for of in peak.values()),
+        )
+        for i, end in enumerate(ends)
     ]
     return Table("Extremes before the impact", head, rows)
 
@@ -88,7 +92,9 @@ def _table(flown: Result, ends: np.ndarray, peak: dict[str, list[tuple[float, fl
 def _text(flown: Result, ends: np.ndarray) -> str:
     """Say how far the third case falls, and what the angles are at."""
     method, dt = flown.sweep.config.integrate.method, flown.sweep.clock.dt
-    third = f"Case 3 reaches the ground at {ends[2]:.2f} s" if np.isfinite(ends[2]) else "Case 3 does not come down"
+    time, height = float(flown["time"][-1]), float(course(flown, "z")[2][-1])
+    aloft = f"Case 3 is still {height:.1f} m high after {time:g} s"
+    third = f"Case 3 reaches the ground at {ends[2]:.2f} s" if np.isfinite(ends[2]) else aloft
     return f"{third}. Integrated by {method} with dt = {dt:g} s; turns are found between stored states."
 
 

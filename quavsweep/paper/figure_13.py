@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from quavsweep.analysis.equilibrium_search import find_equilibria
 from quavsweep.analysis.quadrotor.bound import (
     energy_ellipsoid,
     largest_energy,
@@ -73,13 +74,14 @@ def make_scene(result: Result, craft: dict[str, float]) -> Scene:
     late = result["time"] >= AFTER
     orbit = result["orbit"][CHAOS, late]
     power = observed(result, ("casimir_power",))[CHAOS, late, 0]
-    zero, sink = zero_power_ellipsoid(craft), result["equilibrium"][CHAOS]
+    zero = zero_power_ellipsoid(craft)
+    rest = find_equilibria(result.sweep.model, craft).states
     return Scene(
         model=result.sweep.model,
         orbit=orbit,
         extremes=energy_extremes(orbit, power),
         saddle=2.0 * zero.centre[None],
-        sinks=sink * np.array([[1, 1, 1], [-1, -1, 1]]),
+        sinks=rest[rest[:, 0] != 0],
         zero_power=zero,
         supremum=energy_ellipsoid(craft, float(theorem_1_energy(craft))),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,35 +14,62 @@ from quavsweep.paper.row import ERRORS, Row, Verdict
 from quavsweep.store import publish_bytes
 
 HEAD = ("what", "where", "paper", "computed", "error", "verdict", "reason")
+Entry = Mapping[str, Any]  # an item as it stands in report.json
 
 
-def write_report(out: Path, outcomes: Sequence[Outcome], quick: bool) -> None:
-    """Write `report.md` and `report.json` into a folder.
+def write_report(out: Path, outcomes: Sequence[Outcome], order: Sequence[str], quick: bool) -> list[Entry]:
+    """Write `report.md` and `report.json` into a folder; items done earlier, by an earlier call, stay in them.
+
+    Parameters
+    ----------
+    out : Path
+    outcomes : sequence of Outcome
+        The items that were done now.
+    order : sequence of str
+        The names of all items, in the order of the report.
+    quick : bool
+
+    Returns
+    -------
+    list of mappings
+        All items of the report.
 
     Raises
     ------
     DiskError
         If the disk refuses.
     """
-    publish_bytes(out / "report.md", ("\n".join(_lines(outcomes, quick)) + "\n").encode())
-    data = {"quick": quick, "items": [_data(outcome) for outcome in outcomes]}
+    known = {entry["item"]: entry for entry in [*_earlier(out), *map(_data, outcomes)]}
+    entries = [known[name] for name in order if name in known]
+    publish_bytes(out / "report.md", ("\n".join(_lines(entries, quick)) + "\n").encode())
+    data = {"quick": quick, "items": entries}
     publish_bytes(out / "report.json", json.dumps(data, indent=1, ensure_ascii=False).encode() + b"\n")
+    return entries
 
 
-def counts(outcomes: Sequence[Outcome]) -> dict[Verdict, int]:
+def _earlier(out: Path) -> list[Entry]:
+    """Return the items of the report that is there; none if there is none that can be read."""
+    try:
+        items = json.loads((out / "report.json").read_text("utf-8"))["items"]
+        return [item for item in items if item["item"] and item["rows"] is not None]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+
+
+def counts(entries: Sequence[Entry]) -> dict[Verdict, int]:
     """Return how many rows have each verdict, in the order of the verdicts."""
-    found = Counter(row.verdict for outcome in outcomes for row in outcome.rows)
-    return {verdict: found[verdict] for verdict in Verdict}
+    found = Counter(row["verdict"] for entry in entries for row in entry["rows"])
+    return {verdict: found[str(verdict)] for verdict in Verdict}
 
 
-def _lines(outcomes: Sequence[Outcome], quick: bool) -> Iterator[str]:
+def _lines(entries: Sequence[Entry], quick: bool) -> Iterator[str]:
     """Yield the lines of the report."""
     yield "# The paper, computed again"
     yield ""
     if quick:
         yield "**Thumbnails: the grids are cut, so most numbers here mean nothing.**"
         yield ""
-    verdicts = counts(outcomes)
+    verdicts = counts(entries)
     total = sum(verdicts.values())
     yield f"{total} numbers and statements: " + ", ".join(f"{n} {verdict}" for verdict, n in verdicts.items()) + "."
     yield ""
@@ -52,81 +79,81 @@ def _lines(outcomes: Sequence[Outcome], quick: bool) -> Iterator[str]:
         "the reason is written by hand."
     )
     yield ""
-    yield from _table(Table("", ("item", *Verdict), [_summary(outcome) for outcome in outcomes]))
-    for outcome in outcomes:
-        yield from _section(outcome)
+    yield from _table(("item", *Verdict), [_summary(entry) for entry in entries])
+    for entry in entries:
+        yield from _section(entry)
 
 
-def _summary(outcome: Outcome) -> tuple[str, ...]:
-    name = f"[{outcome.item.name}](#{outcome.item.name})" + (" **failed**" if outcome.error else "")
-    return name, *(str(n) if n else "" for n in counts([outcome]).values())
+def _summary(entry: Entry) -> tuple[str, ...]:
+    name = f"[{heading(entry['item'])}](#{entry['item']})" + (" **failed**" if entry["error"] else "")
+    return name, *(str(n) if n else "" for n in counts([entry]).values())
 
 
-def _section(outcome: Outcome) -> Iterator[str]:
+def _section(entry: Entry) -> Iterator[str]:
     """Yield what the report says of an item."""
-    item = outcome.item
-    yield f'## <a id="{item.name}"></a>{heading(item.name)}'
+    name, title = entry["item"], entry["title"]
+    yield f'## <a id="{name}"></a>{heading(name)}'
     yield ""
-    if outcome.error:
-        yield f"**Failed: {outcome.error}** (`failed/{item.name}.txt`)"
+    if entry["error"]:
+        yield f"**Failed: {entry['error']}** (`failed/{name}.txt`)"
         yield ""
-    elif outcome.figure is not None:
-        yield f"![{item.title}]({outcome.figure})"
+    elif entry["figure"]:
+        yield f"![{title}]({entry['figure']})"
         yield ""
-    yield f"*{item.title}. {outcome.source}.*"
+    yield f"*{title}. {entry['source']}.*"
     yield ""
-    if outcome.findings.text:
-        yield outcome.findings.text
+    if entry["text"]:
+        yield entry["text"]
         yield ""
-    if outcome.rows:
-        yield from _table(Table("", HEAD, [_texts(row) for row in outcome.rows]))
-    for table in outcome.findings.tables:
-        yield f"{table.title}:"
+    if entry["rows"]:
+        yield from _table(HEAD, [_texts(row) for row in entry["rows"]])
+    for table in entry["tables"]:
+        yield f"{table['title']}:"
         yield ""
-        yield from _table(table)
+        yield from _table(table["head"], table["rows"])
 
 
-def _table(table: Table) -> Iterator[str]:
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
     """Yield a table in Markdown."""
-    yield _line(table.head)
-    yield _line("---" for _ in table.head)
-    yield from (_line(row) for row in table.rows)
+    yield _line(head)
+    yield _line(["---"] * len(head))
+    yield from map(_line, rows)
     yield ""
 
 
-def _line(cells: Any) -> str:
+def _line(cells: Sequence[str]) -> str:
     return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"
 
 
-def _texts(row: Row) -> tuple[str, ...]:
+def _texts(row: Entry) -> tuple[str, ...]:
     """Return a row of the report."""
-    printed, computed = row.printed, row.computed
-    unit = f" {printed.unit}" if printed.unit else ""
-    shown = row.shown + unit if computed else ""
-    error = "" if computed is None or not computed.error else f"{computed.error:.2g}"
-    note = computed.note if computed else ""
-    said = "; ".join(text for text in (note, row.reason) if text)
-    return printed.what, printed.where, printed.paper + unit, shown, error, row.verdict, said
+    unit = f" {row['unit']}" if row["unit"] else ""
+    shown = row["shown"] + unit if row["shown"] else ""
+    error = f"{row['error']:.2g}" if row["error"] else ""
+    said = "; ".join(text for text in (row["note"], row["reason"]) if text)
+    return row["what"], row["where"], row["paper"] + unit, shown, error, row["verdict"], said
 
 
-def _data(outcome: Outcome) -> dict[str, Any]:
+def _data(outcome: Outcome) -> Entry:
     """Return an item as JSON."""
     return {
         "item": outcome.item.name,
         "title": outcome.item.title,
         "figure": str(outcome.figure) if outcome.figure else None,
+        "source": outcome.source,
         "results": outcome.result_ids,
         "error": outcome.error,
         "text": outcome.findings.text,
         "rows": [_row_data(row) for row in outcome.rows],
-        "tables": [
-            {"title": table.title, "head": list(table.head), "rows": [list(row) for row in table.rows]}
-            for table in outcome.findings.tables
-        ],
+        "tables": [_table_data(table) for table in outcome.findings.tables],
     }
 
 
-def _row_data(row: Row) -> dict[str, Any]:
+def _table_data(table: Table) -> Entry:
+    return {"title": table.title, "head": list(table.head), "rows": [list(row) for row in table.rows]}
+
+
+def _row_data(row: Row) -> Entry:
     printed, computed = row.printed, row.computed
     return {
         "key": printed.key,
@@ -135,6 +162,7 @@ def _row_data(row: Row) -> dict[str, Any]:
         "unit": printed.unit,
         "paper": printed.paper,
         "computed": None if computed is None else computed.value,
+        "shown": row.shown,
         "error": None if computed is None else computed.error,
         "note": "" if computed is None else computed.note,
         "verdict": str(row.verdict),

@@ -1,4 +1,4 @@
-"""What `paper --quick` changes in the configs: grids and times so small that everything takes about a minute."""
+"""What `paper --quick` changes in the configs: grids and times so small that everything takes two minutes."""
 
 from __future__ import annotations
 

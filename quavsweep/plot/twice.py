@@ -55,7 +55,8 @@ def make_twice_figure(
         A sweep with one axis, what is told of its regions, and the title of that.
     """
     quantities = [Catalogue(result).find("region") for result in results]
-    values, todo = (np.concatenate([getattr(q, name).ravel() for q in quantities]) for name in ("values", "todo"))
+    shown = [*quantities, *([Catalogue(strips[0]).find("region")] if strips else [])]
+    values, todo = (np.concatenate([getattr(q, name).ravel() for q in shown]) for name in ("values", "todo"))
     above, below = code_handles(values, quantities[0].codes, todo), [curve.handle for curve in curves]
     if lifetime is not None:
         mean = Catalogue(lifetime).find("lifetime")
