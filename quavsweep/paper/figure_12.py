@@ -81,7 +81,7 @@ def _table(flown: Result, ends: np.ndarray, peak: dict[str, list[tuple[float, fl
     rows = [
         (
             str(i + 1),
-            f"{ends[i]:.4f}" if np.isfinite(ends[i]) else "none",
+            f"{end:.4f}" if np.isfinite(end) else "none",
             *(f"{of[i][1]:.4f} at {of[i][0]:.3f}" for of in peak.values()),
         )
         for i, end in enumerate(ends)

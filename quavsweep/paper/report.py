@@ -14,6 +14,8 @@ from quavsweep.paper.row import ERRORS, Row, Verdict
 from quavsweep.store import publish_bytes
 
 HEAD = ("what", "where", "paper", "computed", "error", "verdict", "reason")
+FIELDS = {"item", "title", "figure", "source", "results", "error", "text", "rows", "tables"}
+ROW_FIELDS = {"key", "where", "what", "unit", "paper", "computed", "shown", "error", "note", "verdict", "reason"}
 Entry = Mapping[str, Any]  # an item as it stands in report.json
 
 
@@ -48,10 +50,11 @@ def write_report(out: Path, outcomes: Sequence[Outcome], order: Sequence[str], q
 
 
 def _earlier(out: Path) -> list[Entry]:
-    """Return the items of the report that is there; none if there is none that can be read."""
+    """Return the items of the report that is there, as far as they can be read."""
     try:
         items = json.loads((out / "report.json").read_text("utf-8"))["items"]
-        return [item for item in items if item["item"] and item["rows"] is not None]
+        fit = [item for item in items if set(item) == FIELDS]
+        return [item for item in fit if all(set(row) == ROW_FIELDS for row in item["rows"])]
     except (OSError, ValueError, KeyError, TypeError):
         return []
 
