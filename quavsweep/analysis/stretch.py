@@ -40,6 +40,37 @@ def best_interval(has: np.ndarray) -> tuple[int, int] | None:
     return best
 
 
+def end_range(has: np.ndarray, found: tuple[int, int]) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return between which points the first and the last point of an interval may lie, the other end being held.
+
+    Those intervals count that make no more mistakes than the best one and the standard deviation of that number.
+
+    Parameters
+    ----------
+    has : (n,) bool
+    found : (int, int)
+        What `best_interval` finds.
+    """
+    first, last = found
+    point = np.arange(len(has))
+    outside = int(np.count_nonzero(has[:first]) + np.count_nonzero(has[last + 1 :]))
+    most = outside + int(np.count_nonzero(~has[first : last + 1]))
+    most += _deviation(most)
+    left = [i for i in point[: last + 1] if _mistakes(has, int(i), last) <= most]
+    right = [i for i in point[first:] if _mistakes(has, first, int(i)) <= most]
+    return (int(left[0]), int(left[-1])), (int(right[0]), int(right[-1]))
+
+
+def _mistakes(has: np.ndarray, first: int, last: int) -> int:
+    inside = has[first : last + 1]
+    return int(np.count_nonzero(has) - 2 * np.count_nonzero(inside) + inside.size)
+
+
+def _deviation(mistakes: int) -> int:
+    """Return the standard deviation of a number of mistakes, rounded down."""
+    return int(np.sqrt(mistakes))
+
+
 def best_border(before: np.ndarray, after: np.ndarray) -> int:
     """Return how many points lie before the border that tells best one thing from the next.
 
@@ -53,8 +84,21 @@ def best_border(before: np.ndarray, after: np.ndarray) -> int:
     The border with the fewest mistakes: points before it without the one, points behind it without the other. Of
     several that are as good the middle one.
     """
-    wrong_before = np.concatenate([[0], np.cumsum(~before)])
-    wrong_after = np.concatenate([np.cumsum(~after[::-1])[::-1], [0]])
-    wrong = wrong_before + wrong_after
+    wrong = _wrong(before, after)
     ties = np.flatnonzero(wrong == wrong.min())
     return int(ties[ties.size // 2])
+
+
+def border_range(before: np.ndarray, after: np.ndarray) -> tuple[int, int]:
+    """Return between which borders the best one may lie, see `best_border` and `end_range`."""
+    wrong = _wrong(before, after)
+    least = int(wrong.min())
+    good = np.flatnonzero(wrong <= least + _deviation(least))
+    return int(good[0]), int(good[-1])
+
+
+def _wrong(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Return the mistakes of each border, (n + 1,) int."""
+    wrong_before = np.concatenate([[0], np.cumsum(~before)])
+    wrong_after = np.concatenate([np.cumsum(~after[::-1])[::-1], [0]])
+    return np.asarray(wrong_before + wrong_after)

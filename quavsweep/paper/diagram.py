@@ -33,9 +33,15 @@ def power_at(result: Result, u: np.ndarray, name: str = POWER) -> np.ndarray:
     return np.asarray(observe(sweep.model, (name,), u, {**sweep.parameters, **varied})[..., 0])
 
 
-def equilibrium_power(seen: Result) -> float:
-    """Return the largest Casimir power at the sinks of a sweep, as a share of the power that is supplied there."""
-    power, supplied = (np.abs(power_at(seen, seen["equilibrium"], name)) for name in (POWER, "supplied_power"))
+def sink_power(seen: Result, where: str) -> float:
+    """Return the largest Casimir power in cells that end in a sink, as a share of the power that is supplied.
+
+    Parameters
+    ----------
+    where : str
+        The states that are looked at, `equilibrium` or `final_state`.
+    """
+    power, supplied = (np.abs(power_at(seen, seen[where], name)) for name in (POWER, "supplied_power"))
     sink = (seen["region"] == Region.SINK) & (supplied > 0)
     return float(np.max(power[sink] / supplied[sink], initial=0.0))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from quavsweep.analysis.stretch import best_border, stretches
 from quavsweep.codes import REGION, Region
-from quavsweep.paper.diagram import draw_diagram, equilibrium_power
+from quavsweep.paper.diagram import draw_diagram, sink_power
 from quavsweep.paper.interval import HORIZON, Interval, Line, border, chaotic_stretches, line_of, shares
 from quavsweep.paper.item import Findings, Item
 from quavsweep.paper.printed import read_printed
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 NAME = "figure_07"
 KINDS = (Region.SINK, Region.CHAOS, Region.PERIODIC, Region.CHAOS, Region.PERIODIC)
 ENDS = ("start", "sink.end", "chaos.end", "periodic.end", "chaos.end.2", "end")
+SINKS = "sink.30", "sink.100"
 ZERO = 1e-12  # of the supplied power, that rounding leaves
 
 
@@ -34,13 +35,12 @@ def analyse(runs: Runs) -> Findings:
         end: border(line, before, after) for end, before, after in zip(ENDS[1:], intervals, intervals[1:], strict=False)
     }
     computed |= {
-        "start": Computed(_first(line, intervals[0]), line.step, "the first column that is a sink"),
-        "end": Computed(_last(line, intervals[-1]), line.step, "the last column that is periodic"),
+        "start": Computed(_first(line, intervals[0]), line.step, "the first column that is a sink", given=True),
+        "end": Computed(_last(line, intervals[-1]), line.step, "the last column that is periodic", given=True),
         "change": Computed(_change(seen, intervals[0]), line.step, "best border between the two sinks"),
-        "sink.30": Computed(_sink(seen, 30.0)),
-        "sink.100": Computed(_sink(seen, 100.0)),
-        "power": Computed("zero" if equilibrium_power(seen) < ZERO else "not zero", note="at the sinks, to round-off"),
+        "power": Computed("zero" if sink_power(seen, "equilibrium") < ZERO else "not zero", note=_power(seen)),
     }
+    computed |= {key: Computed(_sink(seen, float(key.partition(".")[2]))) for key in SINKS}
     found = computed["sink.end"]
     computed["sink.end"] = Computed(found.value, found.error, f"{found.note}; {_second(seen)}")
     tables = (
@@ -48,6 +48,12 @@ def analyse(runs: Runs) -> Findings:
         chaotic_stretches(line, "Chaotic stretches of Omega1", "rad/s"),
     )
     return Findings(computed, data=line.strips(intervals), tables=tables, text=_text(line))
+
+
+def _power(seen: Result) -> str:
+    """Return how large the power is at the equilibria, and where integration ended near them, in words."""
+    left = sink_power(seen, "final_state")
+    return f"at the equilibria, to round-off; where integration ended near them {left:.0%} of the supply at most"
 
 
 def _first(line: Line, interval: Interval) -> float:

@@ -6,12 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from quavsweep.analysis.quadrotor.hovering import hovering_difference
-from quavsweep.analysis.stretch import best_interval
 from quavsweep.codes import Region
 from quavsweep.config import Sweep
-from quavsweep.paper.hover import GRAVITY, LIFT, MASS
-from quavsweep.paper.interval import HORIZON, Interval, chaotic_stretches, line_of, shares
+from quavsweep.paper.interval import HORIZON, Interval, chaotic_ends, chaotic_stretches, line_of, shares
 from quavsweep.paper.item import Findings, Item
 from quavsweep.paper.printed import read_printed
 from quavsweep.paper.row import Computed
@@ -34,19 +31,17 @@ def analyse(runs: Runs) -> Findings:
     printed = {row.key: float(row.number or 0) for row in read_printed(NAME)}
     seen, line = runs.result(NAME, HORIZON), line_of(runs, LINE, "Ix")
     said = Interval(SLIP * printed["chaos.low"], SLIP * printed["chaos.high"], Region.CHAOS)
-    found = best_interval(line.seen == Region.CHAOS)
-    low, high = (float(line.positions[i]) for i in found) if found else (np.nan, np.nan)
     note = f"the Ix that tell chaos best at {HORIZON:,.0f} s, over {line.positions[0]:g} to {line.positions[-1]:g}"
     speed = runs[LINE].sweep.parameters["Omega1"]
-    difference = float(hovering_difference(speed, MASS, GRAVITY, LIFT))
+    low, high = chaotic_ends(line, note)
     computed = {
         "trend": Computed(trend(seen), note="mean Omega1 of the chaotic cells, as Ix grows"),
         "rigid": Computed(_rigid(runs[LINE].sweep, printed["range.low"], printed["range.high"])),
-        "range.low": Computed(float(seen["Ix"].min()), note="what is computed here"),
-        "range.high": Computed(float(seen["Ix"].max()), note="what is computed here"),
-        "hover": Computed(difference, note=f"c at Omega1 = {speed:g} rad/s on the curve (22)"),
-        "chaos.low": Computed(low, line.step, note),
-        "chaos.high": Computed(high, line.step, note),
+        "range.low": Computed(float(seen["Ix"].min()), note="what is computed here", given=True),
+        "range.high": Computed(float(seen["Ix"].max()), note="what is computed here", given=True),
+        "hover": Computed(float(speed), note="of the craft that hovers at c = 5 rad/s, (22)"),
+        "chaos.low": low,
+        "chaos.high": high,
     }
     fate, text = fate_of_chaos(seen, runs[NAME])
     tables = (

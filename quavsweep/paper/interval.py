@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quavsweep.analysis.stretch import best_border, stretches
+from quavsweep.analysis.stretch import best_border, best_interval, border_range, end_range, stretches
 from quavsweep.codes import REGION, Region
 from quavsweep.paper.item import Table
-from quavsweep.paper.row import Computed
+from quavsweep.paper.row import ERRORS, Computed
 from quavsweep.paper.run import Runs
 from quavsweep.plot.strip import Strips
 from quavsweep.plot.twice import time_text
@@ -75,20 +75,37 @@ def line_of(runs: Runs, config: str, name: str) -> Line:
 def border(line: Line, before: Interval, after: Interval) -> Computed:
     """Return where the region of an interval gives way to that of the next, at the horizon.
 
-    It is the border with the fewest columns of both intervals on the wrong side.
+    It is the border with the fewest columns of both intervals on the wrong side. It may be off, two errors, by as much
+    as the farthest border with no more of them than that number and its standard deviation, or a step of the grid.
     """
     both = Interval(before.low, after.high, Region.NONE)
     inside = np.flatnonzero(line.inside(both))
     region = line.seen[inside]
-    k = int(inside[0]) + best_border(region == before.region, region == after.region)
+    parts = region == before.region, region == after.region
+    k, (low, high) = best_border(*parts), border_range(*parts)
+    wrong = np.count_nonzero(~parts[0][:k]) + np.count_nonzero(~parts[1][k:])
+    begin = int(inside[0])
+    note = f"best border at {HORIZON:,.0f} s; {wrong} of {len(inside)} columns differ"
+    return Computed(_between(line, begin + k), line.step * max(k - low, high - k, 1) / ERRORS, note)
+
+
+def _between(line: Line, k: int) -> float:
+    """Return the position between the columns before and behind a border."""
     last, first = max(k - 1, 0), min(k, len(line.positions) - 1)
-    where = 0.5 * (line.positions[last] + line.positions[first])
-    wrong = np.count_nonzero(region[: k - inside[0]] != before.region) + np.count_nonzero(
-        region[k - inside[0] :] != after.region
+    return float(0.5 * (line.positions[last] + line.positions[first]))
+
+
+def chaotic_ends(line: Line, note: str) -> tuple[Computed, Computed]:
+    """Return the ends of the interval that tells chaos best, at the horizon; errors as those of `border`."""
+    has = line.seen == Region.CHAOS
+    found = best_interval(has)
+    if found is None:
+        return Computed(float("nan"), note=note), Computed(float("nan"), note=note)
+    ends = zip(found, end_range(has, found), strict=True)
+    low, high = (
+        Computed(float(line.positions[k]), line.step * max(k - a, b - k, 1) / ERRORS, note) for k, (a, b) in ends
     )
-    return Computed(
-        float(where), line.step, f"best border at {HORIZON:,.0f} s; {wrong} of {len(inside)} columns differ"
-    )
+    return low, high
 
 
 def shares(line: Line, intervals: Sequence[Interval], title: str) -> Table:

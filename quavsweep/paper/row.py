@@ -17,6 +17,7 @@ class Verdict(StrEnum):
     AGREES = "agrees"
     WITHIN = "agrees within the error"
     DIFFERS = "differs"
+    GIVEN = "taken as given"
     MISSING = "not computed"
 
 
@@ -74,11 +75,14 @@ class Computed:
         Its standard error, or the step of the grid that it was read from; 0 where it is exact.
     note : str
         How it was found, where that is not plain.
+    given : bool
+        Whether it is an input of what is computed, so that agreeing says nothing.
     """
 
     value: float | str
     error: float = 0.0
     note: str = ""
+    given: bool = False
 
 
 @dataclass(frozen=True)
@@ -94,13 +98,14 @@ class Row:
         printed, computed = self.printed, self.computed
         if computed is None:
             return Verdict.MISSING
+        same = Verdict.GIVEN if computed.given else Verdict.AGREES
         number = printed.number
         if number is None or isinstance(computed.value, str):
-            return Verdict.AGREES if str(computed.value) == printed.paper else Verdict.DIFFERS
+            return same if str(computed.value) == printed.paper else Verdict.DIFFERS
         apart = abs(computed.value - float(number))
         allowed = printed.half_unit * (1.0 + 1e-9)
         if apart <= allowed:
-            return Verdict.AGREES
+            return same
         return Verdict.WITHIN if apart <= allowed + ERRORS * computed.error else Verdict.DIFFERS
 
     @property
