@@ -6,15 +6,17 @@ import json
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
 
 from quavsweep.errors import ConfigError, IdentityError, StoppedError
-from quavsweep.paper import conductor, reproduce_paper
+from quavsweep.paper import conductor, figure_03, reproduce_paper, table_3
 from quavsweep.paper.catalogue import ITEMS
 from quavsweep.paper.item import Findings, Item
+from quavsweep.paper.outcome import analysed
 from quavsweep.paper.printed import read_printed
 from quavsweep.paper.row import Computed, Printed, Row, Verdict
 from quavsweep.paper.run import Runs, config_path
@@ -57,6 +59,27 @@ def test_two_percent_turn_a_verdict(printed: Printed) -> None:
         pytest.skip("printed with too few digits to see two percent")
     assert Row(printed, Computed(float(number))).verdict is Verdict.AGREES
     assert Row(printed, Computed(1.02 * float(number) * (1.0 + 1e-12))).verdict is Verdict.DIFFERS
+
+
+@pytest.mark.parametrize("item", [figure_03.FIGURE, table_3.FIGURE], ids=lambda item: item.name)
+def test_two_percent_more_turn_what_was_computed(item: Item, tmp_path: Path) -> None:
+    found = analysed(item, Runs(tmp_path)).computed
+    turned = 0
+    for printed in read_printed(item.name):
+        computed, number = found[printed.key], printed.number
+        row = Row(printed, computed)
+        if number is None or row.verdict is not Verdict.AGREES or abs(float(number)) * 0.02 <= 2 * printed.half_unit:
+            continue
+        assert isinstance(computed.value, float)
+        assert Row(printed, replace(computed, value=1.02 * computed.value)).verdict is Verdict.DIFFERS, printed.key
+        turned += 1
+    assert turned
+
+
+def test_what_is_taken_as_given_does_not_agree() -> None:
+    printed = Printed("k", "Section 1", "what", "4.9e-3")
+    assert Row(printed, Computed(4.9e-3, given=True)).verdict is Verdict.GIVEN
+    assert Row(printed, Computed(5.9e-3, given=True)).verdict is Verdict.DIFFERS
 
 
 def test_items_have_names_of_their_own_and_their_configs_exist() -> None:

@@ -14,6 +14,7 @@ from quavsweep.paper import (
     figure_11,
     figure_12,
     figure_13,
+    given,
     margin,
     remark_3,
     table_1,
@@ -23,6 +24,7 @@ from quavsweep.paper import (
 from quavsweep.paper.item import Item
 
 ITEMS: tuple[Item, ...] = (
+    given.ITEM,
     table_1.FIGURE,
     table_2.TABLE,
     figure_03.FIGURE,

@@ -27,8 +27,7 @@ MODEL = load_model("quadrotor_yaw")
 SHOWN = 0.0, 200.0  # rad/s, of Omega1
 SEARCHED = 280.0  # rad/s
 PLANE = ("Omega1", 0.0, 60.0), ("c", 0.5, 7.0)  # rad/s
-PLANES = {"5": ("c", 3.0, 7.0), "9": ("Ix", 3e-3, 7e-3)}  # second parameters of the paper's figures
-SLOWEST = 50.0  # rad/s, where the Omega1 of both begins
+PLANES = {"5": "figure_05", "9": "figure_09"}  # figures whose planes are looked at, and their sweeps
 SAMPLES = 9  # values of Omega1 in each interval at which all equilibria are searched
 BISECTED = 1e-7  # of Omega1
 TEXT_NAMES = {"E1": "E_1", "E4": "E_2", "E5": "E_3"}  # from those of equations (17) to those of the text
@@ -40,7 +39,7 @@ def _analyse(runs: Runs) -> Findings:
     closed = pitchfork_speed(MODEL.defaults)
     curve = np.concatenate(bifurcation_curve(MODEL, Kind.PITCHFORK, *PLANE))
     apart = np.abs(pitchfork_speed({**MODEL.defaults, "c": curve[:, 1]}) - curve[:, 0]).max()
-    margins = {name: no_bifurcation(MODEL.defaults, SLOWEST, *plane) for name, plane in PLANES.items()}
+    margins = {name: _margins(runs, config) for name, config in PLANES.items()}
     computed = {
         "pitchfork.Omega1": Computed(pitchfork.value),
         "transitions": Computed(f"{len(found)} {found[0].kind}"),
@@ -64,6 +63,12 @@ def _analyse(runs: Runs) -> Findings:
         ),
     )
     return Findings(computed, data, text=_text(pitchfork.value, closed, apart, margins))
+
+
+def _margins(runs: Runs, config: str) -> Margins:
+    """Return how far bifurcations are from the plane of a sweep over Omega1 and another parameter."""
+    speed, other = runs.sweep(config).grid.axes
+    return no_bifurcation(MODEL.defaults, min(speed.values), other.name, min(other.values), max(other.values))
 
 
 def _text(value: float, closed: float, apart: float, margins: Mapping[str, Margins]) -> str:

@@ -43,7 +43,7 @@ def analyse(runs: Runs) -> Findings:
         "dimension.196.4": Computed(
             float(chaotic_dimension(largest, divergence)),
             float(chaotic_dimension_error(largest, error, divergence)),
-            "2 + L1 / (L1 + 0.19 / s), with an exponent 0 and the sum -0.19 / s",
+            f"2 + L1 / (L1 + {-divergence:.2g} / s), with an exponent 0 and the sum {divergence:.2g} / s",
         ),
     }
     return Findings(computed, data=observed(result, ("casimir_power",))[..., 0])

@@ -81,7 +81,7 @@ def _range(flown: Result, name: str) -> float:
     return float(np.ptp(course(flown, name)[2]))
 
 
-def _told(holds: np.bool_, yes: str, no: str) -> Computed:
+def _told(holds: bool | np.bool_, yes: str, no: str) -> Computed:
     return Computed(yes if holds else no)
 
 

@@ -156,7 +156,8 @@ def _table(craft: dict[str, float], less: dict[str, float], seen: float) -> Tabl
         for name, of, highest in (("Table 2", craft, f"{seen:.5f}"), (LESS_TEXT, less, ""))
     ]
     head = ("craft", "right side of (25) (J)", "max C by Theorem 1 (J)", "max C (J)", "seen on the chaotic orbit (J)")
-    return Table("The largest Casimir energy at zero power, Omega1 = 196.4 rad/s, c = 5 rad/s", head, rows)
+    speeds = f"Omega1 = {craft['Omega1']:g} rad/s, c = {craft['c']:g} rad/s"
+    return Table(f"The largest Casimir energy at zero power, {speeds}", head, rows)
 
 
 def draw(runs: Runs, findings: Findings) -> Figure:

@@ -65,8 +65,9 @@ def _analyse(runs: Runs) -> Findings:
         [(signs, names.get(signs, ""), str(seen[signs]), str(right[signs])) for signs in KEYS],
     )
     text = (
-        "In equations (18) a5 lacks a factor of 2: with it the printed formulas give Table 3 and the pitchfork at "
-        "c = 5; as printed they would give neither. Where Iz lies between Ix and Iy, as in Table 2, the two values of "
+        "In equations (18), as the paper's extracted text has them, a5 lacks a factor of 2: with it they give Table 3 "
+        "and the pitchfork at c = 5, without it neither; the digit may have been lost in the extraction. "
+        "Where Iz lies between Ix and Iy, as in Table 2, the two values of "
         "r have different signs and a13^2, a14^2 are never both positive: r of one pair needs k6 r > T, that of the "
         "other k6 r < T. Five equilibria need an Iz that is the least or the largest, and little drag."
     )

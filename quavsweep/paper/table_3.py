@@ -9,11 +9,12 @@ import numpy as np
 from quavsweep.analysis.equilibrium_search import Equilibria, find_equilibria
 from quavsweep.models import load_model
 from quavsweep.paper.item import Findings, Item, Table
+from quavsweep.paper.printed import read_printed
 from quavsweep.paper.row import Computed
 from quavsweep.paper.run import Runs
 
 MODEL = load_model("quadrotor_yaw")
-SPEEDS = 100.0, 196.4, 260.0  # rad/s
+SPEEDS = tuple(dict.fromkeys(float(row.key.partition(".E1")[0]) for row in read_printed("table_3") if ".E1" in row.key))
 
 
 def _analyse(runs: Runs) -> Findings:

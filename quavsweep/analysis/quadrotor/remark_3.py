@@ -34,7 +34,7 @@ import numpy as np
 from quavsweep.analysis.maxima import maxima
 from quavsweep.codes import Code, Region
 
-ZERO = 1e-12  # W: terms of 1e-3 W cancel to rounding, 1e-18 W; no orbit of the craft that moves has less than 1e-3 W
+ZERO = 1e-12  # W: terms of 1e-3 W cancel to rounding, 1e-18 W; orbits that move have 1e-5 W and more
 TOLERANCE = 0.01  # of the series' range: maxima so near are the same
 PARTS = 8  # of the stretch, in each of which the envelope of what converges is lower than before
 CONVERGED = 0.5  # last part against the first, at most
