@@ -115,7 +115,7 @@ def _data(outcome: Outcome) -> dict[str, Any]:
         "item": outcome.item.name,
         "title": outcome.item.title,
         "figure": str(outcome.figure) if outcome.figure else None,
-        "results": outcome.result_ids,
+        "results": outcome.all_result_ids,
         "error": outcome.error,
         "text": outcome.findings.text,
         "rows": [_row_data(row) for row in outcome.rows],
