@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from quavsweep.margin.finding import Gain, Line, Margin, Side
 
 HEAD = ("direction", "base", "to", "change", "%", "safe at", "tumbles at")
-WIDTHS = (14, 9, 10, 13, 8, 13, 13)  # 80 columns in all
+WIDTHS = (14, 9, 9, 13, 7, 14, 14)  # 80 columns in all
 LEFT = sum(WIDTHS[:3])  # of the columns that say which line it is
 
 
@@ -123,7 +123,8 @@ def _craft(found: Margin) -> list[tuple[str, str]]:
 
 def _aligned(cells: tuple[str, ...]) -> str:
     first, *others = (
-        f"{cell:<{w}}" if i == 0 else f"{cell:>{w}}" for i, (cell, w) in enumerate(zip(cells, WIDTHS, strict=False))
+        f"{cell:<{w}}" if i == 0 else f" {cell:>{w - 1}}"
+        for i, (cell, w) in enumerate(zip(cells, WIDTHS, strict=False))
     )
     return "".join([first, *others]).rstrip()
 
@@ -141,16 +142,14 @@ def _distances(found: Margin) -> list[str]:
 
 def _rows(name: tuple[str, str], line: Line, side: Side) -> list[str]:
     """Return the lines of one way."""
-    from quavsweep.margin.word import answer_words, bound_words, end_words
+    from quavsweep.margin.word import answer_words, bound_words, end_words, value_words
 
     if side.change is None or side.inner is None or side.outer is None:
         first, *more = textwrap.wrap(end_words(side), COLUMNS - LEFT - 2)
         return [_aligned((*name, line.to)) + f"  {first}", *(" " * (LEFT + 2) + text for text in more)]
-    probes = side.inner, side.outer
-    values = _apart(*(probe.values[line.direction.along] for probe in probes))
+    probes = sorted((side.inner, side.outer), key=lambda probe: probe.answer.tumbles)
+    values = value_words(line, side, WIDTHS[-1] - 1)
     found = [answer_words(probe.answer, brief=True) for probe in probes]
-    if line.base.answer.tumbles:
-        values, found = values[::-1], found[::-1]
     mark = "< " if side.bound else "* " if side is line.nearest else ""
     relative = _percent(side.change / line.direction.scale)
     rows = [_aligned((*name, line.to, f"{mark}{side.change:+.4g}", relative, *values))]
@@ -161,15 +160,6 @@ def _rows(name: tuple[str, str], line: Line, side: Side) -> list[str]:
 def _percent(share: float) -> str:
     digits = ".3g" if abs(share) >= 0.1 else ".2g" if abs(share) >= 1e-3 else ".0e"
     return f"{100 * share:+{digits}}"
-
-
-def _apart(one: float, other: float) -> tuple[str, str]:
-    """Return two numbers with so many digits that they differ, as far as a column takes."""
-    for digits in range(6, 17):
-        texts = f"{one:.{digits}g}", f"{other:.{digits}g}"
-        if texts[0] != texts[1] or max(map(len, texts)) >= WIDTHS[5] - 1:
-            break
-    return texts
 
 
 def _gains(found: Margin) -> list[str]:

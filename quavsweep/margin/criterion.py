@@ -165,8 +165,8 @@ def make_criterion(
         return ByRegion(end, unit)
     if by == "basin":
         if not 0 <= share < 1:
-            what = f"more than {100 * share:g} % of the starts cannot be told"
-            raise ConfigError(what, f"margin by {by}", "a share of at least 0 % and less than 100 %, such as 5 %")
+            what = f"a share of {100 * share:g} % of the starts cannot be exceeded"
+            raise ConfigError(what, f"margin by {by}", "at least 0 % and less than 100 %, such as 5 %")
         return ByBasin(share, _ensemble(sweep), sweep.clock.steps * sweep.clock.dt, unit)
     if by == "angle":
         if ROLL not in names:

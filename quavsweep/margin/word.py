@@ -39,6 +39,30 @@ def end_words(side: Side) -> str:
     return f"none up to {side.way.direction.base + side.way.sign * side.way.limit:.4g}: {why}"
 
 
+def value_words(line: Line, side: Side, most: int) -> tuple[str, str]:
+    """Return the parameter at the safe run and at the tumbling one, so that they differ, in so many characters.
+
+    Where the digits do not suffice they are told as what is added to the base value.
+    """
+    probes = [probe for probe in (side.inner, side.outer) if probe is not None]
+    safe, tumbles = (probe.values[line.direction.along] for probe in sorted(probes, key=lambda p: p.answer.tumbles))
+    for digits in range(6, 17):
+        texts = f"{safe:.{digits}g}", f"{tumbles:.{digits}g}"
+        if texts[0] != texts[1] and max(map(len, texts)) <= most:
+            return texts
+    base = line.direction.base
+    first, second = ("base" if value == base else f"base{value - base:+.3g}" for value in (safe, tumbles))
+    return first, second
+
+
+def span_words(line: Line, unit: str) -> str:
+    """Return from where to where a line has no change."""
+    low, high = line.span
+    ends = dict.fromkeys(side.way.ended_by for side in line.sides if side.way.ended_by)
+    why = f" (the model ends: {', '.join(ends)})" if ends else ""
+    return f"none from {low:.4g} to {high:.4g}{'' if unit == '1' else ' ' + unit}{why}"
+
+
 def bound_words(side: Side) -> str:
     """Return why a distance is only a bound, empty if it is not."""
     if not side.bound or side.distance is None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from quavsweep.margin import Margin, find_margin, write_margin
 from quavsweep.margin.criterion import WITHIN
 from quavsweep.margin.finding import Gain, Line, Side
-from quavsweep.margin.word import answer_words, bound_words, end_words, state_words, unknown_words
+from quavsweep.margin.word import answer_words, bound_words, span_words, state_words, unknown_words, value_words
 from quavsweep.paper.item import Findings, Item, Table
 from quavsweep.paper.run import Runs
 from quavsweep.paper.thumbnail import MARGIN_POINTS
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 CASES = (1, 2, 3)
 BY = {"region": "margin_case", "basin": "margin_case", "angle": "margin_flight"}  # with what the configs are named
 HEAD = ("direction", "base", "distance to", "change", "%", "safe run", "tumbling run")
+DIGITS = 14  # characters of a value
 ID = 12  # digits of a result id that a table shows
 
 
@@ -88,7 +89,7 @@ def _row(found: Margin, line: Line) -> tuple[str, ...]:
     if direction.follow is not None:  # a base of its own
         base += f", where the craft {state_words(line)}"
     if side is None or side.change is None:
-        return direction.name, base, line.to, "; ".join(map(end_words, line.sides)), "", "", ""
+        return direction.name, base, line.to, span_words(line, unit), "", "", ""
     change = f"{'< ' if side.bound else ''}{side.change:+.4g}"
     percent = f"{100 * side.change / direction.scale:+.3g}"
     return direction.name, base, line.to, change, percent, *_bracket(line, side)
@@ -98,8 +99,9 @@ def _bracket(line: Line, side: Side) -> tuple[str, str]:
     """Return the safe run and the tumbling one that show a distance, with what each found."""
     assert side.inner is not None
     assert side.outer is not None
-    probes = (side.inner, side.outer)[:: -1 if line.base.answer.tumbles else 1]
-    safe, tumbling = (f"{p.values[line.direction.along]:.7g} ({answer_words(p.answer)})" for p in probes)
+    probes = sorted((side.inner, side.outer), key=lambda probe: probe.answer.tumbles)
+    values = value_words(line, side, DIGITS)
+    safe, tumbling = (f"{v} ({answer_words(probe.answer)})" for v, probe in zip(values, probes, strict=True))
     return safe, tumbling + (f"; {bound_words(side)}" if side.bound else "")
 
 
