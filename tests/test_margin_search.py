@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from quavsweep.margin.search import FINE, Found, nearest_change, run_searches
+from quavsweep.margin.search import FINE, HALVINGS, Found, nearest_change, run_searches
 
 SCAN = [np.linspace(0.0, 50.0, 101)[1:]]
 Tumbles = Callable[[np.ndarray], np.ndarray]
@@ -85,11 +85,38 @@ def test_random_fractal_boundaries_are_bracketed(seed: int) -> None:
     _holds(found, tumbles)
 
 
+@pytest.mark.parametrize("edge", [49.9, 49.99, 49.9999])
+def test_nothing_is_asked_beyond_the_model(edge: float) -> None:
+    """The change lies so near to the end that 1.01 d is beyond it: another d is told, to a percent."""
+    asked: list[float] = []
+
+    def ask(questions: list[tuple[int, np.ndarray]]) -> list[np.ndarray]:
+        asked.extend(x for _, distances in questions for x in distances.tolist())
+        return [distances > edge for _, distances in questions]
+
+    (found,) = run_searches([nearest_change(SCAN, farthest=50.0)], ask)
+    _holds(found, lambda x: x > edge)
+    assert max(asked) == 50.0
+    assert found.distance == pytest.approx(edge, rel=0.012)
+
+
 def test_of_a_change_at_the_base_point_itself_a_bound_is_known() -> None:
     found, _ = _found(lambda x: x > 0)
     assert found.inner == 0
     assert found.distance == found.outer
-    assert 0 < (found.outer or 0) <= 0.5 / 1024
+    assert 0 < (found.outer or 0) <= 0.5 * 0.5**HALVINGS
+
+
+def test_a_change_as_near_as_numbers_go_is_bracketed_above_the_finest_distance() -> None:
+    def ask(questions: list[tuple[int, np.ndarray]]) -> list[np.ndarray]:
+        return [distances > 1e-9 for _, distances in questions]
+
+    (found,) = run_searches([nearest_change(SCAN, 1e-12)], ask)
+    _holds(found, lambda x: x > 1e-9)
+    assert found.distance == pytest.approx(1e-9, rel=FINE)
+    (bound,) = run_searches([nearest_change(SCAN, 1e-8)], ask)
+    assert (bound.inner, bound.outer) == (0.0, bound.distance)
+    assert 1e-9 < (bound.distance or 0) <= 1e-8
 
 
 def test_no_change_within_reach() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,14 +12,14 @@ import click
 
 from quavsweep.cli.option import PATH, changes_option, model_option
 from quavsweep.cli.run import max_time_option, stop_on_signals, workers_option
-from quavsweep.cli.text import count, duration, say, table, warn
+from quavsweep.cli.text import COLUMNS, count, duration, say, table, warn
 
 if TYPE_CHECKING:
-    from quavsweep.margin.criterion import Answer
-    from quavsweep.margin.finding import Line, Margin, Side
+    from quavsweep.margin.finding import Gain, Line, Margin, Side
 
-HEAD = ("direction", "base", "distance", "%", "safe at", "tumbles at", "beyond")
-WIDTHS = (14, 9, 12, 7, 12, 12, 14)  # 80 columns in all
+HEAD = ("direction", "base", "to", "change", "%", "safe at", "tumbles at")
+WIDTHS = (14, 9, 9, 13, 7, 14, 14)  # 80 columns in all
+LEFT = sum(WIDTHS[:3])  # of the columns that say which line it is
 
 
 @click.command()
@@ -104,51 +105,56 @@ def margin(
 
 def _craft(found: Margin) -> list[tuple[str, str]]:
     """Return what was asked, as rows."""
-    model, base = found.sweep.model, found.base.answer
+    from quavsweep.margin.word import state_words
+
+    model = found.sweep.model
     craft = {line.direction.along: line.direction.base for line in found.lines}
     values = [f"{name} = {value:.6g} {model.quantity(name).unit}".removesuffix(" 1") for name, value in craft.items()]
-    state = "tumbles: the distance is that to safety, less than 0" if base.tumbles else "does not tumble"
-    numbers = "".join(f", {name.replace('_', ' ')} {value:.4g}" for name, value in base.numbers.items())
     spacing = max(s.way.spacing / line.direction.scale for line in found.lines for s in line.sides)
     seen = f"the nearest change that a scan in steps of {100 * spacing:.3g} % sees, up to {100 * found.reach:g} %"
     return [
         ("craft", f"{found.sweep.name}: {model.name}, {', '.join(values)}"),
         ("tumbling", found.criterion),
-        ("here", f"it {state} ({base.what}{numbers})"),
-        ("distances", f"{seen}; < where it lies too near to tell; * marks the nearer side"),
+        ("here", f"the craft {state_words(found.leading)}"),
+        ("change", f"of the parameter, with its sign, to {seen}: to safety where the base tumbles, else to tumbling"),
+        ("marks", "* the nearer way; < a bound, where even runs side by side differ"),
     ]
 
 
 def _aligned(cells: tuple[str, ...]) -> str:
     first, *others = (
-        f"{cell:<{w}}" if i == 0 else f"{cell:>{w}}" for i, (cell, w) in enumerate(zip(cells, WIDTHS, strict=True))
+        f"{cell:<{w}}" if i == 0 else f" {cell:>{w - 1}}"
+        for i, (cell, w) in enumerate(zip(cells, WIDTHS, strict=False))
     )
     return "".join([first, *others]).rstrip()
 
 
 def _distances(found: Margin) -> list[str]:
-    """Return a table of the directions, both ways."""
-    rows: list[tuple[str, ...]] = [HEAD]
+    """Return a table of the directions, both ways, with what the two runs of each change found below them."""
+    lines = [_aligned(HEAD)]
     for line in found.lines:
         unit = found.unit(line)
         name = line.direction.name + ("" if unit == "1" else f" {unit}")
         for side in line.sides:
-            rows.append(_row(name if side is line.sides[0] else "", line, side))
-    rows += [(name, "-", "0", "0", "does not", "enter", "") for name in found.absent]
-    return [_aligned(row) for row in rows]
+            lines += _rows((name, f"{line.direction.base:.5g}") if side is line.sides[0] else ("", ""), line, side)
+    return lines + [f"{name:<{WIDTHS[0]}}{'does not enter':>{WIDTHS[1] + WIDTHS[2]}}" for name in found.absent]
 
 
-def _row(name: str, line: Line, side: Side) -> tuple[str, ...]:
-    direction = line.direction
-    base = f"{direction.base:.5g}" if name else ""
-    if side.distance is None or side.inner is None or side.outer is None:
-        limit, why = side.way.limit, side.way.ended_by or "reach"
-        return name, base, f"> {limit:.4g}", _percent(side.way.sign * limit / direction.scale), "", why[:12], ""
-    mark = "<" if side.bound else "*" if side is line.nearest else ""
-    values = _apart(*(probe.values[direction.along] for probe in (side.inner, side.outer)))
-    safe, tumbles = values[::-1] if line.base.answer.tumbles else values
-    relative = _percent(side.way.sign * side.distance / direction.scale)
-    return name, base, f"{mark} {side.distance:.4g}".strip(), relative, safe, tumbles, _beyond(side.outer.answer)
+def _rows(name: tuple[str, str], line: Line, side: Side) -> list[str]:
+    """Return the lines of one way."""
+    from quavsweep.margin.word import answer_words, bound_words, end_words, value_words
+
+    if side.change is None or side.inner is None or side.outer is None:
+        first, *more = textwrap.wrap(end_words(side), COLUMNS - LEFT - 2)
+        return [_aligned((*name, line.to)) + f"  {first}", *(" " * (LEFT + 2) + text for text in more)]
+    probes = sorted((side.inner, side.outer), key=lambda probe: probe.answer.tumbles)
+    values = value_words(line, side, WIDTHS[-1] - 1)
+    found = [answer_words(probe.answer, brief=True) for probe in probes]
+    mark = "< " if side.bound else "* " if side is line.nearest else ""
+    relative = _percent(side.change / line.direction.scale)
+    rows = [_aligned((*name, line.to, f"{mark}{side.change:+.4g}", relative, *values))]
+    rows.append(_aligned(("", "", "", "", "", *found)))
+    return rows + [f"  {text}" for text in textwrap.wrap(bound_words(side), COLUMNS - 2)]
 
 
 def _percent(share: float) -> str:
@@ -156,39 +162,26 @@ def _percent(share: float) -> str:
     return f"{100 * share:+{digits}}"
 
 
-def _apart(one: float, other: float) -> tuple[str, str]:
-    """Return two numbers with so many digits that they differ, as far as a column takes."""
-    for digits in range(6, 17):
-        texts = f"{one:.{digits}g}", f"{other:.{digits}g}"
-        if texts[0] != texts[1] or max(map(len, texts)) >= WIDTHS[4] - 1:
-            break
-    return texts
-
-
-def _beyond(answer: Answer) -> str:
-    """Return what happens at the far run: its share with the binomial error, its angle, or its region."""
-    numbers = answer.numbers
-    if "share" in numbers:
-        return f"{100 * numbers['share']:.1f} +- {100 * numbers['share_se']:.1f} %"
-    if "peak_degrees" in numbers:
-        return f"{numbers['peak_degrees']:.1f} deg"
-    return answer.what.replace("quasi_periodic", "torus")
-
-
 def _gains(found: Margin) -> list[str]:
     """Return a table of what 1 % more of each parameter gains in the leading direction."""
     leading, unit = found.leading.direction.name, found.unit(found.leading)
-    per = f"gain in {leading}" + ("" if unit == "1" else f" [{unit}]")
-    lines = [f"{per + ' by 1 % more of':<44}{'gain':>12}{'from -1 %':>12}{'from +1 %':>12}"]
-    for gain in found.gains:
-        if not gain.enters:
-            lines.append(f"{'  ' + gain.name:<44}{'0':>12}  does not enter")
-            continue
-        numbers = (gain.per_percent, gain.from_below, gain.from_above)
-        told = "".join(f"{_number(x):>{w}}" for x, w in zip(numbers, (12, 12, 12), strict=True))
-        why = "  rough: the sides disagree" if gain.rough else ""
-        lines.append(f"{'  ' + gain.name + why:<44}{told}")
-    return lines
+    per = f"{leading}" + ("" if unit == "1" else f" [{unit}]")
+    head = f"{'gain in ' + per + ' by 1 % more of':<44}{'gain':>12}{'from -1 %':>12}{'from +1 %':>12}"
+    note = "a gain above 0 is safer: farther from tumbling, or nearer to safety"
+    return [head, *(text for gain in found.gains for text in _gain(gain, unit)), f"  ({note})"]
+
+
+def _gain(gain: Gain, unit: str) -> list[str]:
+    from quavsweep.margin.word import unknown_words
+
+    if not gain.enters:
+        return [f"{'  ' + gain.name:<44}{'0':>12}  does not enter"]
+    numbers = gain.per_percent, gain.from_below, gain.from_above
+    if not any(map(math.isfinite, numbers)):
+        return [f"  {gain.name:<6}{unknown_words(gain, unit)}"]
+    why = "  rough: the sides disagree" if gain.rough else ""
+    lines = [f"{'  ' + gain.name + why:<44}" + "".join(f"{_number(x):>12}" for x in numbers)]
+    return lines + ([f"        {text}"] if (text := unknown_words(gain, unit)) else [])
 
 
 def _number(value: float) -> str:

@@ -165,15 +165,17 @@ def make_criterion(
         return ByRegion(end, unit)
     if by == "basin":
         if not 0 <= share < 1:
-            raise ConfigError(f"{share:g} is no share of starts", "margin", "0 <= share < 1, such as 0.05")
+            what = f"a share of {100 * share:g} % of the starts cannot be exceeded"
+            raise ConfigError(what, f"margin by {by}", "at least 0 % and less than 100 %, such as 5 %")
         return ByBasin(share, _ensemble(sweep), sweep.clock.steps * sweep.clock.dt, unit)
     if by == "angle":
         if ROLL not in names:
             what = f"{sweep.model.name} has no roll angle {ROLL}; its states are {', '.join(names)}"
             raise ConfigError(what, f"margin by {by}", "model: quadrotor has it; region and basin need none")
-        if not (0 < degrees < 180 and within >= sweep.clock.dt):
-            what = f"{degrees:g} degrees within {within:g} cannot be told"
-            raise ConfigError(what, f"margin by {by}", "0 < degrees < 180, within at least a step")
+        if not (0 < degrees < 180 and sweep.clock.dt <= within < math.inf):
+            what = f"{degrees:g} degrees within {within:g}{unit} cannot be told"
+            possible = f"more than 0 and less than 180 degrees, a finite time of at least a step, {sweep.clock.dt:g}"
+            raise ConfigError(what, f"margin by {by}", f"{possible}{unit}")
         return ByAngle(degrees, within)
     raise ConfigError(f"there is no margin by {by}", possible=", ".join(CRITERIA))
 

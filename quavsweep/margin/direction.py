@@ -111,7 +111,7 @@ class Way:
 
     @property
     def spacing(self) -> float:
-        """Between two points of the scan."""
+        """Between two points of the scan, in its first part."""
         return self.scan[0] if self.scan else 0.0
 
     def point(self, distance: float) -> dict[str, float]:
@@ -151,6 +151,15 @@ class Domain:
         limit, ended_by = self._limit(direction, sign, farthest)
         count = math.ceil(limit / farthest * points - 1e-9)
         return Way(direction, sign, limit, ended_by, tuple(limit * i / count for i in range(1, count + 1)))
+
+    def farther(self, way: Way, reach: float, coarser: float) -> Way:
+        """Return a way that goes on beyond its limit, up to a reach, with points so many times as far apart."""
+        limit, ended_by = self._limit(way.direction, way.sign, reach * way.direction.scale)
+        if not way.scan or limit <= way.limit:
+            return way
+        count = math.ceil((limit - way.limit) / (coarser * way.spacing) - 1e-9)
+        beyond = tuple(limit - (limit - way.limit) * (count - i) / count for i in range(1, count + 1))
+        return Way(way.direction, way.sign, limit, ended_by, (*way.scan, *beyond))
 
     def _limit(self, direction: Direction, sign: int, reach: float) -> tuple[float, str]:
         """Return how far a direction goes one way, at most `reach` in its unit, and what ends it before."""

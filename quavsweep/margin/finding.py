@@ -10,7 +10,6 @@ from pathlib import Path
 from quavsweep.config import Sweep
 from quavsweep.margin.criterion import Answer
 from quavsweep.margin.direction import Direction, Way
-from quavsweep.margin.search import HALVINGS
 
 PERCENT = 0.01  # the change of a parameter whose gain is asked for
 ROUGH = 0.5  # of the larger one-sided gain; the other must come as near, or a gain is called rough
@@ -45,11 +44,13 @@ class Side:
     ----------
     way : Way
     distance : float, optional
-        d, see `Found`, in the direction's unit; None beyond the limit.
+        d, see `Found`, a size in the direction's unit; None beyond the limit.
     inner, outer : Probe, optional
         The runs at 0.99 d and 1.01 d; if d is a bound, at the base point and at d.
     scan : tuple of (float, Probe)
         The points of the scan that were run, by distance.
+    bound : bool
+        Whether d is only a bound: the answer changes too near to the base point for 0.99 d and 1.01 d to be run.
     """
 
     way: Way
@@ -57,11 +58,12 @@ class Side:
     inner: Probe | None
     outer: Probe | None
     scan: tuple[tuple[float, Probe], ...]
+    bound: bool = False
 
     @property
-    def bound(self) -> bool:
-        """Whether d is only a bound: the answer changes too near to the base point to tell where."""
-        return self.distance is not None and self.way.spacing * 0.5**HALVINGS >= self.distance
+    def change(self) -> float | None:
+        """The change of the parameter to that point: d with the sign of its direction, no matter what lies there."""
+        return None if self.distance is None else self.way.sign * self.distance
 
 
 @dataclass(frozen=True)
@@ -79,22 +81,35 @@ class Line:
         return min(changes, key=lambda side: side.distance or 0.0, default=None)
 
     @property
-    def distance(self) -> float | None:
-        """The distance to the nearest point where the craft tumbles; where it does already, less that to safety."""
-        nearest = self.nearest
-        if nearest is None or nearest.distance is None:
-            return None
-        return -nearest.distance if self.base.answer.tumbles else nearest.distance
+    def to(self) -> str:
+        """What the distance is to, `tumbling` or, where the craft tumbles at the base point of the line, `safety`."""
+        return "safety" if self.base.answer.tumbles else "tumbling"
 
     @property
-    def reached(self) -> float:
-        """The distance up to which both sides were looked at."""
-        return min(side.way.limit for side in self.sides)
+    def distance(self) -> float | None:
+        """The distance to the nearest change, a size; `to` says what it is to, `nearest.change` which way it lies."""
+        return None if self.nearest is None else self.nearest.distance
+
+    @property
+    def margin(self) -> float | None:
+        """The distance if it is one to tumbling, less the distance if it is one to safety: the more, the better."""
+        return None if self.distance is None else self.distance * (-1 if self.base.answer.tumbles else 1)
+
+    @property
+    def bound(self) -> bool:
+        """Whether the distance is only a bound."""
+        return self.nearest is not None and self.nearest.bound
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The parameter's values from which and up to which both sides were looked at."""
+        ends = [self.direction.base + side.way.sign * side.way.limit for side in self.sides]
+        return min(ends), max(ends)
 
 
 @dataclass(frozen=True)
 class Gain:
-    """What a change of one parameter does to the distance along the leading direction.
+    """What a change of one parameter does to the margin along the leading direction: above 0 it is safer.
 
     Parameters
     ----------
@@ -104,7 +119,7 @@ class Gain:
     below, above : Line, optional
         The leading direction of the craft with 1 % less and 1 % more of it; None where no such craft is possible.
     base : Line, optional
-        That of the craft itself.
+        That of the craft itself. Where a line has no change within reach, it is one that goes farther.
     """
 
     name: str
@@ -115,17 +130,17 @@ class Gain:
 
     @property
     def from_below(self) -> float:
-        """The distance less that at -1 %; NaN where one of them is not known."""
+        """The margin less that at -1 %; NaN where one of them is not known, or only a bound."""
         return _less(self.base, self.below) if self.enters else 0.0
 
     @property
     def from_above(self) -> float:
-        """The distance at +1 % less that of the craft itself."""
+        """The margin at +1 % less that of the craft itself."""
         return _less(self.above, self.base) if self.enters else 0.0
 
     @property
     def per_percent(self) -> float:
-        """Half the difference of d at +1 % and -1 %."""
+        """Half the difference of the margins at +1 % and -1 %."""
         return 0.5 * _less(self.above, self.below) if self.enters else 0.0
 
     @property
@@ -134,12 +149,18 @@ class Gain:
         sides = self.from_below, self.from_above
         return abs(sides[0] - sides[1]) > ROUGH * max(map(abs, sides))
 
+    @property
+    def lacking(self) -> Line | None:
+        """The first line without a change, or with a bound only, that the gain needs; None if there is none such."""
+        lines = [line for line in (self.below, self.above) if line is not None]
+        return next((line for line in lines if line.margin is None or line.bound), None)
+
 
 def _less(one: Line | None, other: Line | None) -> float:
-    """Return the difference of two distances, NaN unless both are known."""
-    if one is None or other is None or one.distance is None or other.distance is None:
+    """Return the difference of two margins, NaN unless both are known."""
+    if one is None or other is None or one.margin is None or other.margin is None or one.bound or other.bound:
         return math.nan
-    return one.distance - other.distance
+    return one.margin - other.margin
 
 
 @dataclass(frozen=True)
@@ -193,6 +214,11 @@ class Margin:
     def leading(self) -> Line:
         """The direction whose distance the gains are of."""
         return self.lines[0]
+
+    @property
+    def leading_for_gains(self) -> Line | None:
+        """The leading direction of the craft itself as gains know it, maybe followed farther than the reach."""
+        return next((gain.base for gain in self.gains), None)
 
     def unit(self, line: Line) -> str:
         """Return the unit of a direction."""

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from quavsweep.margin.finding import Gain, Line, Margin, Probe, Side
+from quavsweep.margin.word import SIGNS, bound_words, unknown_words
 from quavsweep.store.publish import publish_bytes
 
 NAME = "margin.json"
@@ -22,7 +23,7 @@ def write_margin(margin: Margin) -> Path:
 
 def margin_data(margin: Margin) -> dict[str, Any]:
     """Return a margin as mappings, lists, texts and finite numbers."""
-    model = margin.sweep.model
+    model, unit = margin.sweep.model, margin.unit(margin.leading)
     return {
         "name": margin.sweep.name,
         "model": model.name,
@@ -32,11 +33,13 @@ def margin_data(margin: Margin) -> dict[str, Any]:
         "initial": dict(margin.initial),
         "notes": list(margin.notes),
         "reach": margin.reach,
+        "signs": SIGNS,
         "directions": [_line(line, margin.unit(line)) for line in margin.lines],
         "do_not_enter": list(margin.absent),
         "gains": {
             "of": margin.leading.direction.name,
-            "per_percent": [_gain(gain, margin.unit(margin.leading)) for gain in margin.gains],
+            "base": None if margin.leading_for_gains is None else _line(margin.leading_for_gains, unit),
+            "per_percent": [_gain(gain, unit) for gain in margin.gains],
         },
         "runs": [
             {"folder": f"probe-{n}", "result_id": result_id, "points": points}
@@ -53,8 +56,12 @@ def _line(line: Line, unit: str) -> dict[str, Any]:
         "unit": unit,
         "base": direction.base,
         "base_probe": _probe(line.base),
+        "to": line.to,
         "distance": line.distance,
         "relative": None if line.distance is None else line.distance / direction.scale,
+        "margin": line.margin,
+        "change": None if line.nearest is None else line.nearest.change,
+        "bound_only": line.bound,
         "sides": [_side(side) for side in line.sides],
     }
 
@@ -66,7 +73,9 @@ def _side(side: Side) -> dict[str, Any]:
         "ended_by": side.way.ended_by or None,
         "spacing": side.way.spacing,
         "distance": side.distance,
+        "change": side.change,
         "bound_only": side.bound,
+        "bound_because": bound_words(side) or None,
         "inner": None if side.inner is None else _probe(side.inner),
         "outer": None if side.outer is None else _probe(side.outer),
         "scan": [{"distance": distance, "what": probe.answer.what, **_numbers(probe)} for distance, probe in side.scan],
@@ -92,6 +101,7 @@ def _gain(gain: Gain, unit: str) -> dict[str, Any]:
         "from_less": _finite(gain.from_below),
         "from_more": _finite(gain.from_above),
         "rough": gain.rough,
+        "not_known_because": unknown_words(gain, unit) or None,
         **{key: None if line is None else _line(line, unit) for key, line in changed.items()},
     }
 

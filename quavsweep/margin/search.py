@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ import numpy as np
 INNER, OUTER = 0.99, 1.01  # of the distance: the two points that show it
 FINE = 2e-3  # of the distance, to which an edge is narrowed before those two are tried
 SECTIONS = 8  # into which a gap is cut at a time
-HALVINGS = 10  # of the first step of a scan, below which a change counts as one at the base point itself
+HALVINGS = 40  # of the first step of a scan, below which a change counts as one at the base point itself
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,8 @@ class Found:
         d: at `inner` the answer is that of the base point, at `outer` it is another. None if all points of the scan
         answer alike.
     inner, outer : float, optional
-        0.99 d and 1.01 d, both asked. If the answer changes within a thousandth of the first step of the scan, the
-        search ends: the base point lies in or at a fractal boundary, `inner` is 0, and `outer` is d, a bound.
+        0.99 d and 1.01 d, both asked. If the answer changes nearer than the search may go, it ends: the base point
+        lies in or at a fractal boundary, `inner` is 0, and `outer` is d, a bound.
     """
 
     base: bool
@@ -38,13 +39,17 @@ class Found:
 Search = Generator[np.ndarray, np.ndarray, Found]
 
 
-def nearest_change(stages: Sequence[np.ndarray]) -> Search:
+def nearest_change(stages: Sequence[np.ndarray], finest: float = 0.0, farthest: float = math.inf) -> Search:
     """Yield distances to ask about, get whether the craft tumbles there, and return the nearest change.
 
     Parameters
     ----------
     stages : sequence of (n,) float64
         The scan: distances above 0, ascending; a stage is asked only if those before it show no change.
+    finest : float
+        A distance that is not halved any more, as where numbers end; at least 2^-40 of the first step of the scan.
+    farthest : float
+        A distance beyond which nothing may be asked, as where the model ends.
 
     Notes
     -----
@@ -61,7 +66,7 @@ def nearest_change(stages: Sequence[np.ndarray]) -> Search:
             break
     else:
         return Found(known[0.0])
-    floor = float(stages[0][0]) * 0.5**HALVINGS
+    floor = max(finest, float(stages[0][0]) * 0.5**HALVINGS)
     while True:
         inner, outer = _gap(known)
         if outer <= floor:
@@ -70,7 +75,8 @@ def nearest_change(stages: Sequence[np.ndarray]) -> Search:
             yield from _ask(known, _cuts(inner, outer))
             continue
         middle = 0.5 * (inner + outer)
-        pairs = ((middle, INNER * middle, OUTER * middle), (outer / OUTER, INNER * (outer / OUTER), outer))
+        pairs = [(middle, INNER * middle, OUTER * middle), (outer / OUTER, INNER * (outer / OUTER), outer)]
+        pairs = [pair for pair in pairs if pair[2] <= farthest]
         yield from _ask(known, [distance for pair in pairs for distance in pair[1:]])
         for distance, near, far in pairs:
             if known[near] == known[0.0] != known[far] and _gap(known)[1] > near:

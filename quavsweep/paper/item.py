@@ -36,12 +36,15 @@ class Findings:
         For the report.
     text : str
         A few sentences for the report, made from what was computed.
+    sources : mapping
+        By the names of configs, the result ids of runs that the analysis itself made from them, by their folders.
     """
 
     computed: Mapping[str, Computed] = field(default_factory=dict)
     data: Any = None
     tables: Sequence[Table] = ()
     text: str = ""
+    sources: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,14 @@ class Outcome:
     def source(self) -> str:
         """The configs and result ids that it rests on, in words."""
         named = [f"`{name}.yaml` (result {self.result_ids.get(name, 'missing')[:12]})" for name in self.item.configs]
+        named += [f"`{name}.yaml` ({len(ids)} runs)" for name, ids in self.findings.sources.items()]
         return "Computed from " + ", ".join(named) if named else "Computed without a sweep"
+
+    @property
+    def all_result_ids(self) -> dict[str, str]:
+        """The result ids of all runs, also those that the analysis made, by their folders."""
+        made = (ids for ids in self.findings.sources.values())
+        return self.result_ids | {folder: result_id for ids in made for folder, result_id in ids.items()}
 
 
 def analysed(item: Item, runs: Runs) -> Findings:

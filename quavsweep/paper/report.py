@@ -144,7 +144,7 @@ def _data(outcome: Outcome) -> Entry:
         "title": outcome.item.title,
         "figure": str(outcome.figure) if outcome.figure else None,
         "source": outcome.source,
-        "results": outcome.result_ids,
+        "results": outcome.all_result_ids,
         "error": outcome.error,
         "text": outcome.findings.text,
         "rows": [_row_data(row) for row in outcome.rows],

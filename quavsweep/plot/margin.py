@@ -21,19 +21,30 @@ from quavsweep.plot.style import PAGE, style, symbol, with_unit
 
 if TYPE_CHECKING:
     from quavsweep.margin import Margin
-    from quavsweep.margin.finding import Gain, Line
+    from quavsweep.margin.criterion import Answer
+    from quavsweep.margin.finding import Gain, Line, Side
 
 ROW = 0.27  # inches of a direction
 FOOT = 0.75  # inches for the axis and its label
 BAND = 0.62  # of a row, that a direction's band takes
 REGIONS = {code.name: (code.colour, code.meaning) for code in REGION}
-FOUND = REGIONS | {  # by angle
-    "within": (REGIONS["sink"][0], "within the angle"),
-    "beyond": ("#e69f00", "beyond the angle"),
-    "lost": (REGIONS["unbounded"][0], "left the domain"),
-}
+SAFE = "safe"
+SHARES = {"few": 1 / 3, "many": 2 / 3, "most": 1.0}  # of starts that do not end in a sink, where the craft tumbles
+FOUND = (
+    {SAFE: (REGIONS["sink"][0], "safe")}
+    | REGIONS
+    | {  # what a point is drawn as, in the legend's order
+        "few": ("#fdd8a2", "up to 1/3 of starts not in a sink"),
+        "many": ("#e69f00", "up to 2/3"),
+        "most": ("#7f4f00", "more"),
+        "beyond": ("#cc79a7", "beyond the angle"),
+        "lost": (REGIONS["unbounded"][0], "left the domain"),
+    }
+)
+NOWHERE: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.6", "hatch": "//////", "linewidth": 0.0}
 CRAFT = 1.2  # points, of the line where the craft is
 CHANGE: dict[str, Any] = {"marker": "D", "ms": 4, "mfc": "white", "mec": "black", "mew": 0.8}
+BOUND: dict[str, Any] = {"marker": "X", "ms": 5.5, "mfc": "white", "mec": "black", "mew": 0.8}
 SIDED: dict[str, Any] = {"ms": 4, "mfc": "0.45", "mec": "0.45"}
 GAINS: dict[str, dict[str, Any]] = {
     "gain from $-1$ %": {"marker": "<", **SIDED},
@@ -87,10 +98,14 @@ def make_margins_figure(margins: Sequence[Sequence[Margin]], rows: Sequence[str]
 def _handles(margins: Sequence[Margin]) -> list[Artist]:
     """Return a legend's entries for what some margins found."""
     sides = [side for margin in margins for line in margin.lines for side in line.sides]
-    present = {probe.answer.what for side in sides for _, probe in side.scan}
-    present |= {margin.base.answer.what for margin in margins}
+    present = {_kind(probe.answer) for side in sides for _, probe in side.scan}
+    present |= {_kind(line.base.answer) for margin in margins for line in margin.lines}
     handles: list[Artist] = [patch(colour, meaning) for name, (colour, meaning) in FOUND.items() if name in present]
+    if any(side.way.ended_by for side in sides):
+        handles.append(patch("white", "no such craft", edgecolor="0.6", hatch="//////"))
     handles.append(Line2D([], [], label="nearest change", ls="", **CHANGE))
+    if any(side.bound for side in sides):
+        handles.append(Line2D([], [], label="a bound of it", ls="", **BOUND))
     handles.append(Line2D([], [], label="the craft", color="black", lw=CRAFT))
     return handles
 
@@ -99,13 +114,16 @@ def _draw_lines(axes: Axes, margin: Margin) -> None:
     """Draw a band for each direction, coloured by what was found, over the relative distance in per cent."""
     for row, line in enumerate(margin.lines):
         scale = 100 / line.direction.scale
-        _mark(axes, row, 0.0, line.base.answer.what, 0.5 * line.sides[0].way.spacing * scale)
+        _mark(axes, row, 0.0, line.base.answer, 0.5 * line.sides[0].way.spacing * scale)
         for side in line.sides:
             half = 0.5 * side.way.spacing * scale
             for distance, probe in side.scan:
-                _mark(axes, row, side.way.sign * distance * scale, probe.answer.what, half)
-            if side.distance is not None:
-                axes.add_line(Line2D([side.way.sign * side.distance * scale], [row], zorder=3, **CHANGE))
+                _mark(axes, row, side.way.sign * distance * scale, probe.answer, half)
+            if side.way.ended_by:
+                _draw_end(axes, row, side, side.way.limit * scale + half, 102 * margin.reach)
+            if side.change is not None:
+                look = BOUND if side.bound else CHANGE
+                axes.add_line(Line2D([side.change * scale], [row], ls="", zorder=3, **look))
         axes.plot([0.0, 0.0], [row - 0.5 * BAND, row + 0.5 * BAND], color="black", lw=CRAFT, zorder=2)
     axes.set_yticks(range(len(margin.lines)), [_name(margin, line) for line in margin.lines])
     axes.set_ylim(len(margin.lines) - 0.4, -0.6)
@@ -114,9 +132,24 @@ def _draw_lines(axes: Axes, margin: Margin) -> None:
     axes.tick_params(axis="y", length=0)
 
 
-def _mark(axes: Axes, row: int, x: float, what: str, half: float) -> None:
+def _kind(answer: Answer) -> str:
+    """Return what a point is drawn as, an entry of FOUND: what decided, not what is most frequent."""
+    if not answer.tumbles:
+        return SAFE
+    share = answer.numbers.get("share")
+    return answer.what if share is None else next(name for name, end in SHARES.items() if share <= end)
+
+
+def _mark(axes: Axes, row: int, x: float, answer: Answer, half: float) -> None:
     """Draw a point of a scan as a box as wide as the scan's spacing."""
-    axes.barh(row, 2 * half, left=x - half, height=BAND, color=FOUND[what][0], lw=0.0)
+    axes.barh(row, 2 * half, left=x - half, height=BAND, color=FOUND[_kind(answer)][0], lw=0.0)
+
+
+def _draw_end(axes: Axes, row: int, side: Side, begin: float, end: float) -> None:
+    """Hatch a row beyond the model's domain, from one per cent to another."""
+    if end > begin:
+        low = min(side.way.sign * begin, side.way.sign * end)
+        axes.barh(row, end - begin, left=low, height=BAND, zorder=0, **NOWHERE)
 
 
 def _name(margin: Margin, line: Line) -> str:

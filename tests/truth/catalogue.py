@@ -15,6 +15,7 @@ from tests.truth import (
     lifetime,
     linear,
     lorenz,
+    margin,
     published,
     stop_early,
     unstable,
@@ -34,6 +35,7 @@ ROWS: tuple[Row, ...] = (
     *cycle.ROWS,
     *stop_early.ROWS,
     *lifetime.ROWS,
+    *margin.ROWS,
 )
 
 
