@@ -30,7 +30,7 @@ POINTS = 20  # of a quick scan
 
 @dataclass(frozen=True)
 class End:
-    """One end of a bracket, as `margin.json` has it: where it lies, what is meant, what was said, and whether it is there."""
+    """One end of a bracket, as `margin.json` has it: where it lies, what is meant, what was said, if it is there."""
 
     where: str
     values: Mapping[str, float]
@@ -78,7 +78,7 @@ def _again(laboratory: Laboratory, name: str, by: str) -> Claim:
         if not (tumbles == end.tumbles == end.said["tumbles"] and end.placed):
             wrong.append(f"{end.where}: {what}, said {end.said['what']}" + ("" if end.placed else ", elsewhere"))
     asked = f"{name} by {by}: the runs at 0.99 d and 1.01 d of every change, alone, show it"
-    measured = "; ".join([f"{len(ends) - len(wrong)} of {len(ends)} runs do, {bounds} bounds among them", *wrong])
+    measured = "; ".join([f"{len(ends) - len(wrong)} of {len(ends)} runs do, {bounds} of bounds", *wrong])
     numbers = {"runs": len(ends), "wrong": wrong, "bounds": bounds}
     return Claim(asked, measured, bool(ends) and not wrong, described(sweep), numbers)
 
