@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from quavsweep.codes import REGION
-from quavsweep.margin.word import unknown_words
 from quavsweep.plot.code import patch
 from quavsweep.plot.figure import save_figure
 from quavsweep.plot.legend import legend_height, legend_outside
@@ -167,7 +166,7 @@ def _draw_gains(axes: Axes, margin: Margin) -> None:
     for row, gain in enumerate(margin.gains):
         below, above, mean = _values(gain)
         if not gain.enters or not math.isfinite(mean):
-            why = "only a bound" if "bound" in unknown_words(gain, "1") else "no change seen"
+            why = "only a bound" if gain.bound else "no change seen"
             text = why if gain.enters else "does not enter"
             axes.text(BESIDE * largest, row, text, va="center", fontsize=6, color="0.3")
             continue
