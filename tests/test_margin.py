@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import subprocess
@@ -15,6 +16,8 @@ from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import ConfigError, IdentityError, StoppedError
 from quavsweep.margin import Margin, find_margin, write_margin
 from quavsweep.margin.direction import Domain, directions_of, hovering_curve
+from quavsweep.margin.finding import Gain
+from quavsweep.margin.word import unknown_words
 from quavsweep.models import load_model
 from quavsweep.plot.margin import make_margin_figure
 from quavsweep.point import compute_point
@@ -86,6 +89,42 @@ def test_the_distance_to_a_hopf_bifurcation_is_exact_from_both_sides(tmp_path: P
         assert frequency.distance is None
         assert frequency.span == (-0.5, 2.5)
         assert _run_again(parse_sweep(HOPF), margin) == 1
+
+
+def test_signs_are_the_same_in_all(tmp_path: Path) -> None:
+    """A distance has no sign, a change has that of the parameter, a margin that of safety."""
+    for mu, to, change, margin in ((-0.3, "tumbling", 0.3, 0.3), (0.3, "safety", -0.3, -0.3)):
+        line = json.loads(write_margin(_hopf(tmp_path / str(mu), mu)).read_text())["directions"][0]
+        assert line["to"] == to
+        assert line["distance"] == pytest.approx(0.3, rel=0.02)
+        assert (line["change"], line["margin"]) == pytest.approx((change, margin), rel=0.02)
+        changes = [side["change"] for side in line["sides"] if side["change"] is not None]
+        assert changes == [line["change"]]
+
+
+def test_gains_follow_the_leading_direction_beyond_the_reach(tmp_path: Path) -> None:
+    """At reach 0.5 no change of mu is seen; at four times that there is, and omega does not move it."""
+    margin = find_margin(parse_sweep(HOPF), out=tmp_path, reach=0.5, points=10)
+    assert margin.leading.distance is None
+    (gain,) = margin.gains
+    assert gain.base is not None
+    assert gain.base.margin == pytest.approx(0.3, rel=0.02)
+    assert gain.per_percent == pytest.approx(0.0, abs=1e-3)
+    assert unknown_words(gain, "1") == ""
+    near = find_margin(parse_sweep(HOPF), out=tmp_path / "near", reach=0.1, points=4)
+    assert math.isnan(near.gains[0].per_percent)
+    assert unknown_words(near.gains[0], "1") == "no change from -0.42 to -0.18"
+
+
+def test_a_bound_is_no_distance_to_reckon_gains_with(tmp_path: Path) -> None:
+    line = _hopf(tmp_path).leading
+    close = dataclasses.replace(line, sides=tuple(dataclasses.replace(side, bound=True) for side in line.sides))
+    gain = Gain("omega", True, line, line, line)
+    assert gain.per_percent == 0
+    for odd in (Gain("omega", True, close, line, line), Gain("omega", True, line, line, close)):
+        assert math.isnan(odd.per_percent) == (odd.below is close)
+        assert math.isnan(odd.from_below)
+    assert unknown_words(Gain("omega", True, line, close, line), "1") == "not known: a distance is only a bound"
 
 
 def test_brackets_of_the_lorenz_system_run_again(tmp_path: Path) -> None:
@@ -180,6 +219,11 @@ def test_what_cannot_be_asked_is_told() -> None:
         find_margin(parse_sweep(HOPF), "angle")
     with pytest.raises(ConfigError, match=r"no default box of starts for stuart_landau.*ensemble"):
         find_margin(parse_sweep(HOPF), "basin")
+    for within in (math.inf, math.nan, 0.001):
+        with pytest.raises(ConfigError, match=r"^margin by angle: .* a finite time of at least a step, 0.02 s"):
+            find_margin(parse_sweep(FLIGHT), "angle", within=within)
+    with pytest.raises(ConfigError, match=r"a share of 100 % of the starts .* less than 100 %"):
+        find_margin(parse_sweep(YAW), "basin", share=1.0)
     with pytest.raises(ConfigError, match="region, basin, angle"):
         find_margin(parse_sweep(HOPF), "luck")
     with pytest.raises(ConfigError, match="cannot be scanned"):

@@ -122,6 +122,17 @@ def test_what_fails_is_named_and_the_rest_goes_on(tmp_path: Path, monkeypatch: p
     assert [item["item"] for item in data["items"]] == ["bad", "good"]
 
 
+def test_runs_that_an_analysis_makes_are_named_with_their_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = {"margin_case_1": {"margin/case_1/region/probe-1": "0123456789abcdef"}}
+    _items(monkeypatch, Item("good", "Good", lambda runs: Findings(sources=made)))
+    reproduce_paper(tmp_path / "paper")
+    assert "Computed from `margin_case_1.yaml` (1 runs)" in (tmp_path / "paper/report.md").read_text()
+    data = json.loads((tmp_path / "paper/report.json").read_text())
+    assert data["items"][0]["results"] == made["margin_case_1"]
+
+
 def test_items_done_earlier_stay_in_the_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     one, two = (Item(name, name.title(), _nothing, lambda runs, findings: Figure()) for name in ("one", "two"))
     _items(monkeypatch, one, two)

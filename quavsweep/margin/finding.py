@@ -150,10 +150,15 @@ class Gain:
         return abs(sides[0] - sides[1]) > ROUGH * max(map(abs, sides))
 
     @property
+    def bound(self) -> bool:
+        """Whether a distance that it needs is only a bound."""
+        return any(line is not None and line.bound for line in (self.base, self.below, self.above))
+
+    @property
     def lacking(self) -> Line | None:
-        """The first line without a change, or with a bound only, that the gain needs; None if there is none such."""
+        """The first line without a change that the gain needs; None if there is none such."""
         lines = [line for line in (self.below, self.above) if line is not None]
-        return next((line for line in lines if line.margin is None or line.bound), None)
+        return next((line for line in lines if line.margin is None), None)
 
 
 def _less(one: Line | None, other: Line | None) -> float:

@@ -76,14 +76,12 @@ def unknown_words(gain: Gain, unit: str) -> str:
     """Return why a gain is not known, empty if it is."""
     if not gain.enters or math.isfinite(gain.per_percent):
         return ""
-    if gain.base is not None and gain.base.bound:
-        return "not known: the distance is only a bound"
+    if gain.bound:
+        return "not known: a distance is only a bound"
     if gain.below is None or gain.above is None:
         return "not known: no such craft is possible"
     line = gain.lacking
     if line is None:
         return "not known"
-    if line.bound:
-        return "not known: a distance is only a bound"
     low, high = line.span
     return f"no change from {low:.4g} to {high:.4g}{'' if unit == '1' else ' ' + unit}"

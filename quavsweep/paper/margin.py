@@ -119,8 +119,8 @@ def _late(margins: Sequence[Margin]) -> str:
         return ""
     late = sum(time > 0.98 * WITHIN for time in times)
     return (
-        f"Of {len(times)} changes by angle {late} have the largest angle of their safe run in the last 2 % of the "
-        f"{WITHIN:g} s: it still grows there, and the limit is one of that time, not of the craft."
+        f"{late} of {len(times)} changes by angle have the largest angle of their safe run in the last 2 % of the "
+        f"{WITHIN:g} s: it still grows there, and such a limit is one of that time, not of the craft."
     )
 
 

@@ -48,7 +48,8 @@ class Outcome:
         """The configs and result ids that it rests on, in words."""
         named = [f"`{name}.yaml` (result {self.result_ids.get(name, 'missing')[:12]})" for name in self.item.configs]
         named += [f"`{name}.yaml` ({len(ids)} runs)" for name, ids in self.findings.sources.items()]
-        return "Computed from " + ", ".join(named) if named else "Computed without a sweep"
+        ids = "; the result ids of these runs are in `report.json`" if self.findings.sources else ""
+        return "Computed from " + ", ".join(named) + ids if named else "Computed without a sweep"
 
     @property
     def all_result_ids(self) -> dict[str, str]:

@@ -31,12 +31,12 @@ REGIONS = {code.name: (code.colour, code.meaning) for code in REGION}
 SAFE = "safe"
 SHARES = {"few": 1 / 3, "many": 2 / 3, "most": 1.0}  # of starts that do not end in a sink, where the craft tumbles
 FOUND = (
-    {SAFE: (REGIONS["sink"][0], "safe")}
+    {SAFE: (REGIONS["sink"][0], "safe (sink, or within the limit)")}
     | REGIONS
     | {  # what a point is drawn as, in the legend's order
-        "few": ("#fdd8a2", "up to 1/3 of starts not in a sink"),
-        "many": ("#e69f00", "up to 2/3"),
-        "most": ("#7f4f00", "more"),
+        "few": ("#fdd8a2", "up to 1/3 of starts elsewhere"),
+        "many": ("#e69f00", "up to 2/3 of starts elsewhere"),
+        "most": ("#7f4f00", "more of the starts elsewhere"),
         "beyond": ("#cc79a7", "beyond the angle"),
         "lost": (REGIONS["unbounded"][0], "left the domain"),
     }
@@ -102,7 +102,7 @@ def _handles(margins: Sequence[Margin]) -> list[Artist]:
     present |= {_kind(line.base.answer) for margin in margins for line in margin.lines}
     handles: list[Artist] = [patch(colour, meaning) for name, (colour, meaning) in FOUND.items() if name in present]
     if any(side.way.ended_by for side in sides):
-        handles.append(patch("white", "no such craft", edgecolor="0.6", hatch="//////"))
+        handles.append(patch("white", "no such craft in the model", edgecolor="0.6", hatch="//////"))
     handles.append(Line2D([], [], label="nearest change", ls="", **CHANGE))
     if any(side.bound for side in sides):
         handles.append(Line2D([], [], label="a bound of it", ls="", **BOUND))
@@ -166,7 +166,8 @@ def _draw_gains(axes: Axes, margin: Margin) -> None:
     for row, gain in enumerate(margin.gains):
         below, above, mean = _values(gain)
         if not gain.enters or not math.isfinite(mean):
-            text = "does not enter" if not gain.enters else "not known within reach"
+            why = "only a bound" if gain.bound else "no change seen"
+            text = why if gain.enters else "does not enter"
             axes.text(BESIDE * largest, row, text, va="center", fontsize=6, color="0.3")
             continue
         axes.plot([below, above], [row, row], color="0.6", lw=1.0, zorder=1)
