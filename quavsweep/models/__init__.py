@@ -5,7 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 
 from quavsweep.errors import ModelError
-from quavsweep.models.model import Example, Model, Observable, Parameter, Relation, Section, State
+from quavsweep.models.model import Example, Model, Relation, Section
+from quavsweep.models.quantity import Observable, Parameter, State
 
 NAMES = (
     "bldc",

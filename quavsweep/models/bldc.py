@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from quavsweep.models.model import Example, Model, Parameter, State
+from quavsweep.models.model import Example, Model
+from quavsweep.models.quantity import Parameter, State
 
 
 def rhs(i_q, i_d, w, sigma, rho, eta, delta, v_q, v_d, T_L) -> tuple[Any, ...]:  # type: ignore[no-untyped-def]

@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 from quavsweep.models.function import cos, sin, tan
-from quavsweep.models.model import Observable, Relation, State, vector
+from quavsweep.models.model import Relation
+from quavsweep.models.quantity import Observable, State, vector
 
 RATES = (
     State("p", "rad/s", "p", "roll rate, body frame"),

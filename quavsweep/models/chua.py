@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from quavsweep.models.function import absolute
-from quavsweep.models.model import Example, Model, Parameter, State
+from quavsweep.models.model import Example, Model
+from quavsweep.models.quantity import Parameter, State
 
 
 def rhs(x, y, z, alpha, beta, m0, m1) -> tuple[Any, ...]:  # type: ignore[no-untyped-def]

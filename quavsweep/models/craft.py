@@ -6,7 +6,7 @@ d Omega^2, so b is in N s2/rad2 and d in N m s2/rad2; k1 to k3 multiply a veloci
 
 from __future__ import annotations
 
-from quavsweep.models.model import Parameter
+from quavsweep.models.quantity import Parameter
 
 
 def _positive(name: str, default: float, unit: str, symbol: str, meaning: str) -> Parameter:

@@ -6,7 +6,8 @@ from math import pi
 from typing import Any
 
 from quavsweep.models.function import cos
-from quavsweep.models.model import Example, Model, Parameter, State
+from quavsweep.models.model import Example, Model
+from quavsweep.models.quantity import Parameter, State
 
 
 def rhs(t, x, v, delta, alpha, beta, gamma, omega) -> tuple[Any, ...]:  # type: ignore[no-untyped-def]

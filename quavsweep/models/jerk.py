@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from quavsweep.models.model import Example, Model, Parameter, State
+from quavsweep.models.model import Example, Model
+from quavsweep.models.quantity import Parameter, State
 
 
 def rhs(x, v, w, A) -> tuple[Any, ...]:  # type: ignore[no-untyped-def]

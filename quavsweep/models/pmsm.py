@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from quavsweep.models.model import Example, Model, Parameter, State
+from quavsweep.models.model import Example, Model
+from quavsweep.models.quantity import Parameter, State
 
 
 def rhs(i_d, i_q, w, gamma, sigma, u_d, u_q, T_L) -> tuple[Any, ...]:  # type: ignore[no-untyped-def]

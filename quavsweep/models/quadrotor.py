@@ -7,7 +7,8 @@ from typing import Any
 
 from quavsweep.models import body, quadrotor_yaw
 from quavsweep.models.craft import TABLE_2
-from quavsweep.models.model import Example, Model, Observable, State, vector
+from quavsweep.models.model import Example, Model
+from quavsweep.models.quantity import Observable, State, vector
 
 
 def rhs(  # type: ignore[no-untyped-def]

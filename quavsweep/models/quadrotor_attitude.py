@@ -6,7 +6,8 @@ from typing import Any
 
 from quavsweep.models import body
 from quavsweep.models.craft import TABLE_2
-from quavsweep.models.model import Example, Model, Parameter
+from quavsweep.models.model import Example, Model
+from quavsweep.models.quantity import Parameter
 
 
 def rhs(  # type: ignore[no-untyped-def]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from quavsweep.models.model import Example, Model, Parameter, State
+from quavsweep.models.model import Example, Model
+from quavsweep.models.quantity import Parameter, State
 
 
 def rhs(x, y, z, a, b, c) -> tuple[Any, ...]:  # type: ignore[no-untyped-def]

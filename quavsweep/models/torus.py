@@ -6,7 +6,8 @@ from math import pi, sqrt
 from typing import Any
 
 from quavsweep.models import stuart_landau
-from quavsweep.models.model import Example, Model, Parameter, State
+from quavsweep.models.model import Example, Model
+from quavsweep.models.quantity import Parameter, State
 
 
 def rhs(x, y, psi, mu, omega, nu) -> tuple[Any, ...]:  # type: ignore[no-untyped-def]
