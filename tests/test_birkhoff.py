@@ -7,6 +7,12 @@ import pytest
 
 from quavsweep.analysis.birkhoff import agreeing_digits, vanishing_digits
 from quavsweep.analysis.change_point import end_of_slope, last_of_growth
+from quavsweep.classify import regions
+from quavsweep.codes import Region
+from quavsweep.config import parse_sweep
+from quavsweep.grid import Tile
+from quavsweep.integrate import integrate_tile
+from quavsweep.plan import make_plan
 
 
 def _quasi_periodic(n: int) -> np.ndarray:
@@ -37,6 +43,27 @@ def test_a_constant_agrees_but_does_not_vanish() -> None:
     assert vanishing[1] == 7
     assert (vanishing[[0, 2]] < 0).all()
     assert np.isnan(agreeing_digits(rates[..., :15])).all()
+
+
+@pytest.mark.parametrize("power", [0.5, 1.5, 3.0])
+@pytest.mark.parametrize("end", [1.5, 4.0, 40.0])  # of the beginning, as times of a window
+def test_growth_of_an_orbit_that_slows_down_does_not_vanish(power: float, end: float) -> None:
+    rates = -power * np.diff(np.log(np.linspace(1.0, end, 49)))
+    assert vanishing_digits(rates[None])[0] < 0.5
+
+
+def test_slowing_down_at_a_pitchfork_is_no_cycle() -> None:
+    text = """
+name: slow
+model: quadrotor_yaw
+parameters: {Ix: 0.004, Omega1: 6.2, c: 5}
+initial: {p: 0.001, q: 0.001, r: 0.001}
+integrate: {method: rk4, dt: 0.02, transient: 1000, duration: 3000}
+measures: {lyapunov: {exponents: 3, block: 25}}
+"""
+    sweep = parse_sweep(text)
+    evidence = integrate_tile(make_plan(sweep, 16), Tile(0, 0, 1), lambda: False)
+    assert regions(sweep, evidence).tolist() == [Region.UNDECIDED]
 
 
 @pytest.mark.parametrize("end", [10, 30, 55])

@@ -4,7 +4,8 @@
 - unbounded: the orbit left the model's bound;
 - saddle: the orbit rests on an equilibrium with an eigenvalue to the right of zero;
 - chaos: the largest exponent is positive in the last half and in the last quarter of the averaged time alike;
-- periodic without a certificate: one exponent is neutral and all others negative, in both;
+- periodic without a certificate: one exponent is neutral and all others negative, in both, and growth of the first
+  vanishes on average; it does not where an orbit slows down near an equilibrium that barely attracts;
 - quasi-periodic: two or more are neutral and all others negative, in both; the orbit is regular, and at no look did a
   stable cycle close near it, as one does where an orbit comes to a cycle slowly.
 
@@ -30,6 +31,7 @@ from quavsweep.config import Sweep
 from quavsweep.measures import Evidence
 
 LEAST_EXPONENTS = 2  # that must be known: one that is neutral says nothing of the others
+NO_DRIFT = 1.0  # digits to which averaged growth vanishes along a cycle; where an orbit slows down, to half a digit
 
 
 def region_of(sweep: Sweep, evidence: Evidence, growth: Growth | None) -> np.ndarray:
@@ -85,13 +87,13 @@ def _kinds(sweep: Sweep, growth: Growth, window: Window) -> dict[Region, np.ndar
     half, quarter = (signs(average, thresholds) for average in averages)
     neutral, negative = half.neutral & quarter.neutral, half.negative & quarter.negative
     enough = neutral.shape[1] >= min(LEAST_EXPONENTS, len(sweep.model.states))
-    vanishing = (_over(vanishing_digits, growth, window) >= thresholds.digits + 1.0) | ~neutral
-    regular = (birkhoff_digits(growth, window) >= thresholds.digits) & vanishing.all(axis=1)
+    vanishing = np.where(neutral, _over(vanishing_digits, growth, window), np.inf).min(axis=1)
+    regular = (birkhoff_digits(growth, window) >= thresholds.digits) & (vanishing >= thresholds.digits + 1.0)
     told = enough & (neutral | negative).all(axis=1)
     frequencies = neutral.sum(axis=1) + (sweep.model.forcing_period is not None)
     autonomous = sweep.model.forcing_period is None
     return {
         Region.CHAOS: np.logical_and(*(chaotic(average, thresholds) for average in averages)),
-        Region.PERIODIC: told & (frequencies == 1) & autonomous,
+        Region.PERIODIC: told & (frequencies == 1) & autonomous & (vanishing >= NO_DRIFT),
         Region.QUASI_PERIODIC: told & (frequencies >= 2) & regular,
     }
