@@ -10,6 +10,7 @@ import pytest
 from quavsweep.analysis.stretch import best_border, best_interval, stretches
 from quavsweep.codes import Region
 from quavsweep.paper.interval import Interval, Line, border, shares
+from quavsweep.paper.row import ERRORS
 
 
 def test_single_points_do_not_end_a_stretch() -> None:
@@ -45,7 +46,7 @@ def test_a_border_lies_between_its_columns_and_a_stray_one_does_not_move_it() ->
     sinks, chaos = Interval(0, 4, Region.SINK), Interval(4, 11, Region.CHAOS)
     found = border(line, sinks, chaos)
     assert found.value == 5.5
-    assert found.error == 1.0
+    assert ERRORS * found.error == 1.0
     assert "2 of 12" in found.note
     table = shares(line, [sinks, chaos], "title")
     assert table.rows[0][2] == "80% of 5"
