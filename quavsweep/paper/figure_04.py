@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SINK, CHAOS = 0, 2  # cells of the sweep
+CLASSIC = {"Lorenz": 0.9056, "Chen": 2.024}  # largest exponents at (10, 28, 8/3), Sprott, and (35, 3, 28), measured here
+LORENZ_DIMENSION = 2.06215  # Sprott
 LEAST = 2000.0  # s of chaos: shorter phases tell more of how they ended
 
 
@@ -34,6 +36,7 @@ def analyse(runs: Runs) -> Findings:
     divergence = float(sink.sum())  # the same everywhere
     many = f"mean of {count} starts while they are chaotic, for {LEAST:g} s or more"
     end = end_of(result, SINK)
+    size = float(chaotic_dimension(largest, divergence))
     computed = {
         "region.30": Computed("sink" if str(end.value).startswith("E") else end.value),
         "L1.30": Computed(float(sink[0]), note=f"in the limit; {_when(single[0], printed['L1.30'])}"),
@@ -41,11 +44,18 @@ def analyse(runs: Runs) -> Findings:
         "region.196.4": end_of(result, CHAOS),
         "L1.196.4": Computed(largest, error, f"{many}; {_when(single[1], printed['L1.196.4'])}"),
         "dimension.196.4": Computed(
-            float(chaotic_dimension(largest, divergence)),
+            size,
             float(chaotic_dimension_error(largest, error, divergence)),
             f"2 + L1 / (L1 + {-divergence:.2g} / s), with an exponent 0 and the sum {divergence:.2g} / s",
         ),
     }
+    computed["weak"] = Computed(
+        "weaker" if largest < min(CLASSIC.values()) else "not weaker",
+        note="by largest exponents, "
+        + ", ".join(f"{value:g} of {name}" for name, value in CLASSIC.items())
+        + f" per unit of time of their own, which has no unit; by Lyapunov dimension {size:.3f} is more than Lorenz' "
+        f"{LORENZ_DIMENSION:g}",
+    )
     return Findings(computed, data=observed(result, ("casimir_power",))[..., 0])
 
 

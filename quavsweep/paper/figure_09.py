@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from quavsweep.analysis.quadrotor.hovering import hovering_speed
 from quavsweep.codes import Region
 from quavsweep.config import Sweep
+from quavsweep.paper.hover import GRAVITY, LIFT, MASS
 from quavsweep.paper.interval import HORIZON, Interval, chaotic_ends, chaotic_stretches, line_of, shares
 from quavsweep.paper.item import Findings, Item
 from quavsweep.paper.printed import read_printed
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 NAME, LINE = "figure_09", "hover_ix"
 UNIT = "kg m2"
 LABEL = "hovering at c = 5 rad/s"
+HOVERING_C = 5.0  # rad/s
 SLIP = 100.0  # between the exponents that are printed and those of a rigid body
 
 
@@ -40,6 +43,7 @@ def analyse(runs: Runs) -> Findings:
         "range.low": Computed(float(seen["Ix"].min()), note="what is computed here", given=True),
         "range.high": Computed(float(seen["Ix"].max()), note="what is computed here", given=True),
         "hover": Computed(float(speed), note="of the craft that hovers at c = 5 rad/s, (22)"),
+        "hover.2": Computed(float(hovering_speed(HOVERING_C, MASS, GRAVITY, LIFT)), note="the same, by (22)"),
         "chaos.low": low,
         "chaos.high": high,
     }

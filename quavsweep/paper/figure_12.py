@@ -8,6 +8,7 @@ import numpy as np
 
 from quavsweep.analysis.turn import turns
 from quavsweep.paper.item import Findings, Item, Table
+from quavsweep.paper.printed import read_printed
 from quavsweep.paper.row import Computed
 from quavsweep.paper.run import Runs
 from quavsweep.plot.flight import course, make_flight_figure
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 SWEEP = "cases"
 NAMES = ("p", "phi", "theta", "psi", "az", "z")
-STILL = 0.1  # of Case 1's roll rate; a case that stays below is nearly still
+STILL = 0.1  # of Case 1's roll rate; a case that stays below is almost still
 NEAR = 0.95  # of the largest magnitude, from which on an earlier turn is told as well
 ACCURACY = 1e-4  # rad, s, m/s2: what the flights have in common with SciPy's DOP853 at 1e-10, by the tests
 
@@ -28,16 +29,21 @@ def analyse(runs: Runs) -> Findings:
     flown = runs[SWEEP]
     ends = flown["first_time"]
     last = np.where(np.isfinite(ends), ends, flown["time"][-1])
+    printed = {row.key: row for row in read_printed("figure_12")}
     peak = {name: [largest(flown, name, i, last[i]) for i in range(len(last))] for name in ("p", "phi", "theta", "az")}
     size = {name: np.abs([value for _, value in of]) for name, of in peak.items()}
     computed: dict[str, Computed] = {}
     for i in (0, 1):
-        (at, roll), (when, fall), case = peak["phi"][i], peak["az"][i], f"case{i + 1}"
-        note = f"largest before the impact, at {at:.2f} s{_earlier(flown, 'phi', i, at)}"
+        (when, fall), case = peak["az"][i], f"case{i + 1}"
+        side = float(printed[f"{case}.roll"].number or 0)
+        at, roll = largest(flown, "phi", i, last[i], side)
+        note = f"largest {'below' if side < 0 else 'above'} 0 before the impact, at {at:.2f} s"
+        if peak["phi"][i][0] != at:
+            note += "; the largest of all is {1:+.4f} at {0:.2f} s".format(*peak["phi"][i])
         computed |= {
             f"{case}.roll": Computed(roll, ACCURACY, note),
             f"{case}.degrees": Computed(float(np.degrees(roll)), float(np.degrees(ACCURACY)), "the same"),
-            f"{case}.time": Computed(at, ACCURACY, f"of the same{_earlier(flown, 'phi', i, at)}"),
+            f"{case}.time": Computed(at, ACCURACY, "of the same"),
             f"{case}.az": Computed(fall, ACCURACY, f"largest, at {when:.2f} s{_earlier(flown, 'az', i, when)}"),
             f"{case}.az.time": Computed(when, ACCURACY, f"of the same{_earlier(flown, 'az', i, when)}"),
             f"{case}.impact": Computed(float(ends[i]), ACCURACY, "z = 0, by root finding"),
@@ -47,7 +53,7 @@ def analyse(runs: Runs) -> Findings:
         "roll.pitch.2": _told(size["phi"][1] > size["theta"][1], "larger", "smaller"),
         "amplitude": _told(size["p"][1] < size["p"][0], "smaller", "larger"),
         "slower": _told(ends[0] > ends[1], "Case 1", "Case 2"),
-        "still": _told(size["p"][2] < STILL * size["p"][0], "nearly still", "moving"),
+        "still": _told(size["p"][2] < STILL * size["p"][0], "almost zero", "not zero"),
         "weight": Computed(size["az"][0] / flown.sweep.parameters["g"], note="in units of g"),
         "still.az": _told(size["az"][2] < STILL * size["az"][0], "very small", "not small"),
         "still.angles": _told(
@@ -59,10 +65,13 @@ def analyse(runs: Runs) -> Findings:
     return Findings(computed, tables=(_table(flown, ends, peak),), text=_text(flown, ends))
 
 
-def largest(flown: Result, name: str, case: int, end: float) -> tuple[float, float]:
-    """Return time and value of the largest magnitude of a quantity at its turns before some time."""
+def largest(flown: Result, name: str, case: int, end: float, side: float = 0.0) -> tuple[float, float]:
+    """Return time and value of the largest magnitude of a quantity at its turns before some time.
+
+    With `side` it is the largest of those with that sign.
+    """
     time, value = turns(flown["time"], course(flown, name)[case])
-    before = time < end
+    before = (time < end) & (side * value >= 0.0)
     if not before.any():
         return np.nan, np.nan
     k = int(np.argmax(np.abs(value[before])))

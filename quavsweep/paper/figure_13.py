@@ -31,6 +31,8 @@ CHAOS = 2  # the cell of the sweep
 AFTER = 100.0  # s, from when the orbit is on its chaotic set
 LESS_DRAG = {"k4": 6e-5}  # N m s/rad, a craft for which Theorem 1 does not hold
 LESS_TEXT = ", ".join(f"{name} = {value:g} N m s/rad" for name, value in LESS_DRAG.items())
+BETWEEN = 1e-3  # of the level, that a point between two stored states may be off by
+PRINTED_POINTS = "(0, 0, 0) and (0, 0, 2 d (c^2 + 2 c Omega1) / k6)"
 ROUNDING = 1e-9  # of the bound: where E1 is a sink, energy tends to the bound from above
 
 
@@ -43,6 +45,11 @@ def analyse(runs: Runs) -> Findings:
     yes = {True: "yes", False: "no"}
     points = np.concatenate([scene.saddle, scene.sinks])
     on_it = np.abs(scene.zero_power.value(points)).max() < 1e-6 * scene.zero_power.level
+    turning = np.concatenate([scene.extremes.maxima, scene.extremes.minima])
+    far = BETWEEN * scene.zero_power.level
+    late = result["time"] >= AFTER
+    power = observed(result, ("casimir_power",))[CHAOS, late, 0]
+    seen = f"{power.size:,} states of the chaotic orbit"
     printed = _printed_level(craft)
     true, claimed = float(largest_energy(less).energy), float(theorem_1_energy(less))
     computed = {
@@ -51,8 +58,15 @@ def analyse(runs: Runs) -> Findings:
             note=f"printed {printed:.4g} W, by completing the square {scene.zero_power.level:.4g} W at Table 2",
         ),
         "ellipsoid.equilibria": Computed(yes[bool(on_it)]),
+        "ellipsoid.inside": Computed(_sign(power[scene.zero_power.value(scene.orbit) < 0]), note=seen),
+        "ellipsoid.outside": Computed(_sign(power[scene.zero_power.value(scene.orbit) > 0]), note=seen),
+        "ellipsoid.extremes": Computed(yes[bool(np.abs(scene.zero_power.value(turning)).max() < far)]),
         "theorem_1.stationary": Computed(
             float(stationary_points(craft)), note=f"{stationary_points(less)} with {LESS_TEXT}"
+        ),
+        "theorem_1.points": Computed(
+            PRINTED_POINTS if _has_printed_points(craft) else "others",
+            note="the origin is a minimum; r of the other is twice that of E1",
         ),
         "theorem_1.table_2": Computed(yes[bool(theorem_1_holds(craft))]),
         "theorem_1.any": Computed(
@@ -60,8 +74,19 @@ def analyse(runs: Runs) -> Findings:
             note=f"with {LESS_TEXT} the maximum is {true:.5f} J, not {claimed:.5f} J",
         ),
     }
-    energy = observed(result, ("casimir_energy",))[CHAOS, result["time"] >= AFTER, 0]
+    energy = observed(result, ("casimir_energy",))[CHAOS, late, 0]
     return Findings(computed, data=scene, tables=(_table(craft, less, float(energy.max())),), text=bound.text)
+
+
+def _sign(power: np.ndarray) -> str:
+    """Return the sign that all of some powers have, in a word."""
+    return "positive" if (power > 0).all() else "negative" if (power < 0).all() else "both"
+
+
+def _has_printed_points(craft: dict[str, float]) -> bool:
+    """Whether the energy is largest at the printed point, and there is none but this and the origin."""
+    r = 2 * craft["d"] * (craft["c"] ** 2 + 2 * craft["c"] * craft["Omega1"]) / craft["k6"]
+    return int(stationary_points(craft)) == 2 and np.allclose(largest_energy(craft).at, [0.0, 0.0, r])
 
 
 def _printed_level(craft: dict[str, float]) -> float:

@@ -20,6 +20,7 @@ def analyse(runs: Runs) -> Findings:
     computed = {f"start.{name}": _given(start.config.initial[name]) for name in start.model.state_names}
     computed |= {name: _given(craft[name]) for name in ("Omega1", "c", "m", "g", "b")}
     computed["height"] = _given(flight.config.initial["z"])
+    computed |= {f"hover.{name}": _given(flight.config.initial[name]) for name in ("phi", "theta", "psi")}
     (cases,) = flight.grid.axes
     for i in range(len(cases)):
         values = {**craft, **cases.at(i)}

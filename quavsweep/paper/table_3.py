@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from quavsweep.analysis.equilibrium_search import Equilibria, find_equilibria
@@ -44,13 +42,8 @@ def _row(key: str, found: Equilibria, k: int) -> dict[str, Computed]:
     numbers |= {f"lambda{n + 1}": value for n, value in enumerate(real)}
     if len(pair):
         numbers |= {"re": pair[0].real, "im": pair[0].imag}
-    computed = {f"{key}.{name}": Computed(float(x)) for name, x in numbers.items() if name not in _zero(key)}
+    computed = {f"{key}.{name}": Computed(float(x)) for name, x in numbers.items()}
     return {**computed, f"{key}.type": Computed(found.types[k])}
-
-
-def _zero(key: str) -> Sequence[str]:
-    """Return the components that are zero by symmetry."""
-    return ("p", "q") if key.endswith("E1") else ()
 
 
 def _vector(u: np.ndarray) -> str:
