@@ -76,7 +76,7 @@ def test_bounds_of_the_paper(runs: Runs) -> None:
     assert bound.outside > 25
     scene = findings.data
     for points in (scene.extremes.maxima, scene.extremes.minima, scene.saddle, scene.sinks):
-        assert np.abs(scene.zero_power.value(points)).max() < 4e-3 * scene.zero_power.level  # states are 0.1 s apart
+        assert np.abs(scene.zero_power.value(points)).max() < figure_13.BETWEEN * scene.zero_power.level
     assert (scene.supremum.value(scene.orbit) < 0).all()
     with style():
         figure = figure_13.draw(runs, findings)

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SINK, CHAOS = 0, 2  # cells of the sweep
-CLASSIC = {"Lorenz": 0.9056, "Chen": 2.024}  # largest exponents at (10, 28, 8/3), Sprott, and (35, 3, 28), measured here
+CLASSIC = {
+    "Lorenz": 0.9056,
+    "Chen": 2.024,
+}  # largest exponents at (10, 28, 8/3), Sprott, and (35, 3, 28), measured here
 LORENZ_DIMENSION = 2.06215  # Sprott
 LEAST = 2000.0  # s of chaos: shorter phases tell more of how they ended
 
