@@ -52,16 +52,15 @@ def end_range(has: np.ndarray, found: tuple[int, int]) -> tuple[tuple[int, int],
         What `best_interval` finds.
     """
     first, last = found
-    point = np.arange(len(has))
-    outside = int(np.count_nonzero(has[:first]) + np.count_nonzero(has[last + 1 :]))
-    most = outside + int(np.count_nonzero(~has[first : last + 1]))
-    most += _deviation(most)
-    left = [i for i in point[: last + 1] if _mistakes(has, int(i), last) <= most]
-    right = [i for i in point[first:] if _mistakes(has, first, int(i)) <= most]
-    return (int(left[0]), int(left[-1])), (int(right[0]), int(right[-1]))
+    least = _mistakes(has, first, last)
+    most = least + _deviation(least)
+    left = [i for i in range(last + 1) if _mistakes(has, i, last) <= most]
+    right = [i for i in range(first, len(has)) if _mistakes(has, first, i) <= most]
+    return (left[0], left[-1]), (right[0], right[-1])
 
 
 def _mistakes(has: np.ndarray, first: int, last: int) -> int:
+    """Return the mistakes of an interval: points inside without it, and points outside with it."""
     inside = has[first : last + 1]
     return int(np.count_nonzero(has) - 2 * np.count_nonzero(inside) + inside.size)
 

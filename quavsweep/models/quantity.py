@@ -15,6 +15,12 @@ def make_float(owner: Any, *names: str) -> None:
         object.__setattr__(owner, name, float(getattr(owner, name)))
 
 
+def _interval(above: str, low: float, below: str, high: float) -> str:
+    """Return an interval in words, an end that is infinite left out."""
+    ends = (f"{sign} {end:.10g}" for sign, end in ((above, low), (below, high)) if math.isfinite(end))
+    return " and ".join(ends)
+
+
 @dataclass(frozen=True)
 class State:
     """A state variable: its ASCII name, its unit, and its symbol in figures (LaTeX without dollars).
@@ -42,9 +48,7 @@ class State:
     @property
     def domain(self) -> str:
         """The domain in words, empty if there is none."""
-        low = f"> {self.low:.10g}" if self.low > -math.inf else ""
-        high = f"< {self.high:.10g}" if self.high < math.inf else ""
-        return " and ".join(part for part in (low, high) if part)
+        return _interval(">", self.low, "<", self.high)
 
     def admits(self, value: Any) -> Any:
         """Whether a value, or each value of an array, lies in the domain; NaN does not."""
@@ -73,9 +77,7 @@ class Parameter:
     @property
     def domain(self) -> str:
         """The domain in words, empty if there is none."""
-        low = f"{'>' if self.open_low else '>='} {self.low:g}" if self.low > -math.inf else ""
-        high = f"<= {self.high:g}" if self.high < math.inf else ""
-        return " and ".join(part for part in (low, high) if part)
+        return _interval(">" if self.open_low else ">=", self.low, "<=", self.high)
 
     def admits(self, value: Any) -> Any:
         """Whether a value, or each value of an array, lies in the domain."""

@@ -41,7 +41,9 @@ def analyse(runs: Runs) -> Findings:
         "speed.5": Computed(float(speed)),
         "factor.front": Computed(float(thrust(1.0, -1.0, LIFT)) / LIFT, note="of Omega1^2: two rotors"),
         "factor.side": Computed(float(thrust(0.0, 1.0, LIFT)) / LIFT, note="of (Omega1 + c)^2: two rotors"),
-        "lifts.Omega1": Computed(float(hovering_speed(ranges[0], MASS, GRAVITY, LIFT)), note="hovering at c = 3 rad/s"),
+        "lifts.Omega1": Computed(
+            float(hovering_speed(ranges[0], MASS, GRAVITY, LIFT)), note=f"hovering at c = {ranges[0]:g} rad/s"
+        ),
         "lifts.to": Computed(fastest, given=True),
         "chaos.Omega1.low": slow,
         "chaos.Omega1.high": fast,

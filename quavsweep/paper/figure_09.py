@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 NAME, LINE = "figure_09", "hover_ix"
 UNIT = "kg m2"
 LABEL = "hovering at c = 5 rad/s"
-HOVERING_C = 5.0  # rad/s
 SLIP = 100.0  # between the exponents that are printed and those of a rigid body
 
 
@@ -35,15 +34,15 @@ def analyse(runs: Runs) -> Findings:
     seen, line = runs.result(NAME, HORIZON), line_of(runs, LINE, "Ix")
     said = Interval(SLIP * printed["chaos.low"], SLIP * printed["chaos.high"], Region.CHAOS)
     note = f"the Ix that tell chaos best at {HORIZON:,.0f} s, over {line.positions[0]:g} to {line.positions[-1]:g}"
-    speed = runs[LINE].sweep.parameters["Omega1"]
+    craft = runs[LINE].sweep.parameters
     low, high = chaotic_ends(line, note)
     computed = {
         "trend": Computed(trend(seen), note="mean Omega1 of the chaotic cells, as Ix grows"),
         "rigid": Computed(_rigid(runs[LINE].sweep, printed["range.low"], printed["range.high"])),
         "range.low": Computed(float(seen["Ix"].min()), note="what is computed here", given=True),
         "range.high": Computed(float(seen["Ix"].max()), note="what is computed here", given=True),
-        "hover": Computed(float(speed), note="of the craft that hovers at c = 5 rad/s, (22)"),
-        "hover.2": Computed(float(hovering_speed(HOVERING_C, MASS, GRAVITY, LIFT)), note="the same, by (22)"),
+        "hover": Computed(float(craft["Omega1"]), note=f"of the craft that hovers at c = {craft['c']:g} rad/s, (22)"),
+        "hover.2": Computed(float(hovering_speed(craft["c"], MASS, GRAVITY, LIFT)), note="the same, by (22)"),
         "chaos.low": low,
         "chaos.high": high,
     }

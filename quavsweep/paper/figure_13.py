@@ -19,6 +19,7 @@ from quavsweep.analysis.quadrotor.bound import (
 from quavsweep.analysis.quadrotor.casimir import energy_extremes
 from quavsweep.paper.item import Findings, Item, Table
 from quavsweep.paper.observed import observed
+from quavsweep.paper.printed import read_printed
 from quavsweep.paper.row import Computed
 from quavsweep.paper.run import Runs
 from quavsweep.plot.bound import Scene, make_bound_figure
@@ -32,7 +33,6 @@ AFTER = 100.0  # s, from when the orbit is on its chaotic set
 LESS_DRAG = {"k4": 6e-5}  # N m s/rad, a craft for which Theorem 1 does not hold
 LESS_TEXT = ", ".join(f"{name} = {value:g} N m s/rad" for name, value in LESS_DRAG.items())
 BETWEEN = 5e-3  # of the level, that a point between two states 0.1 s apart may be off by
-PRINTED_POINTS = "(0, 0, 0) and (0, 0, 2 d (c^2 + 2 c Omega1) / k6)"
 ROUNDING = 1e-9  # of the bound: where E1 is a sink, energy tends to the bound from above
 
 
@@ -40,22 +40,22 @@ def analyse(runs: Runs) -> Findings:
     """Check (24) and (25), and find the bound for the crafts of a sweep."""
     result = runs["figure_08"]
     craft = {**result.sweep.parameters, "Omega1": float(result["Omega1"][CHAOS])}
-    scene, bound = make_scene(result, craft), bounds(runs["bound"])
+    late = result["time"] >= AFTER
+    energy, power = observed(result, ("casimir_energy", "casimir_power"))[CHAOS, late].T
+    scene, bound = make_scene(result, craft, power), bounds(runs["bound"])
     less = {**craft, **LESS_DRAG}
     yes = {True: "yes", False: "no"}
     points = np.concatenate([scene.saddle, scene.sinks])
     on_it = np.abs(scene.zero_power.value(points)).max() < 1e-6 * scene.zero_power.level
     turning = np.concatenate([scene.extremes.maxima, scene.extremes.minima])
     far = BETWEEN * scene.zero_power.level
-    late = result["time"] >= AFTER
-    power = observed(result, ("casimir_power",))[CHAOS, late, 0]
     seen = f"{power.size:,} states of the chaotic orbit"
-    printed = _printed_level(craft)
+    printed, level = {row.key: row for row in read_printed("figure_13")}, _printed_level(craft)
     true, claimed = float(largest_energy(less).energy), float(theorem_1_energy(less))
     computed = {
         "ellipsoid.right": Computed(
-            yes[bool(np.isclose(printed, scene.zero_power.level))],
-            note=f"printed {printed:.4g} W, by completing the square {scene.zero_power.level:.4g} W at Table 2",
+            yes[bool(np.isclose(level, scene.zero_power.level))],
+            note=f"printed {level:.4g} W, by completing the square {scene.zero_power.level:.4g} W at Table 2",
         ),
         "ellipsoid.equilibria": Computed(yes[bool(on_it)]),
         "ellipsoid.inside": Computed(_sign(power[scene.zero_power.value(scene.orbit) < 0]), note=seen),
@@ -65,7 +65,7 @@ def analyse(runs: Runs) -> Findings:
             float(stationary_points(craft)), note=f"{stationary_points(less)} with {LESS_TEXT}"
         ),
         "theorem_1.points": Computed(
-            PRINTED_POINTS if _has_printed_points(craft) else "others",
+            printed["theorem_1.points"].paper if _has_printed_points(craft) else "others",
             note="the origin is a minimum; r of the other is twice that of E1",
         ),
         "theorem_1.table_2": Computed(yes[bool(theorem_1_holds(craft))]),
@@ -74,7 +74,6 @@ def analyse(runs: Runs) -> Findings:
             note=f"with {LESS_TEXT} the maximum is {true:.5f} J, not {claimed:.5f} J",
         ),
     }
-    energy = observed(result, ("casimir_energy",))[CHAOS, late, 0]
     return Findings(computed, data=scene, tables=(_table(craft, less, float(energy.max())),), text=bound.text)
 
 
@@ -94,11 +93,9 @@ def _printed_level(craft: dict[str, float]) -> float:
     return (craft["d"] ** 2 * craft["c"] ** 2 + 2 * craft["c"] * craft["Omega1"] ** 2) / craft["k6"]
 
 
-def make_scene(result: Result, craft: dict[str, float]) -> Scene:
-    """Return what the figure shows."""
-    late = result["time"] >= AFTER
-    orbit = result["orbit"][CHAOS, late]
-    power = observed(result, ("casimir_power",))[CHAOS, late, 0]
+def make_scene(result: Result, craft: dict[str, float], power: np.ndarray) -> Scene:
+    """Return what the figure shows, from the Casimir power along the chaotic orbit."""
+    orbit = result["orbit"][CHAOS, result["time"] >= AFTER]
     zero = zero_power_ellipsoid(craft)
     rest = find_equilibria(result.sweep.model, craft).states
     return Scene(

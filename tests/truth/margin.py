@@ -19,7 +19,7 @@ from tests.truth.laboratory import Laboratory, described
 from tests.truth.row import Claim, Row
 
 CONFIGS = Path(__file__).parents[2] / "configs" / "paper"
-REGIONS = ("margin_case_1",)
+REGIONS = ("margin_case_1", "margin_case_2")  # in the third there is no change within reach
 FLIGHTS = ("margin_flight_1", "margin_flight_2", "margin_flight_3")
 DEGREES, WITHIN = 60.0, 20.0
 LOST = (Status.DIVERGED, Status.LEFT_DOMAIN)
