@@ -51,6 +51,10 @@ class IdentityError(QuavsweepError):
     exit_code = 4
 
 
+class RefusedError(IdentityError):
+    """A worker has another engine, kernel or toolchain than the driver."""
+
+
 class LockedError(QuavsweepError):
     """Another run is writing into the folder."""
 

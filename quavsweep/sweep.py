@@ -7,44 +7,29 @@ import random
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from quavsweep.classify import classify, regions
-from quavsweep.codes import REGION, Status
+from quavsweep.codes import Status
 from quavsweep.config import Sweep, dump_config, load_sweep
 from quavsweep.errors import ConfigError, DamageError, DiskError, StoppedError, TilesFailedError
-from quavsweep.executor import run_tiles
+from quavsweep.executor import Executor, Task, Threads
 from quavsweep.grid import Tile
-from quavsweep.integrate import continue_cells, integrate_tile
 from quavsweep.kernels.compiler import default_lanes
-from quavsweep.measures import Evidence
 from quavsweep.models import Model
-from quavsweep.passes import with_passes
 from quavsweep.plan import Plan, make_plan
 from quavsweep.progress import Progress
 from quavsweep.provenance import evidence_parts, identify, machine, toolchain
-from quavsweep.step_check import StepError, check_step, regular_cells
-from quavsweep.store import RunFolder, Shard, ShardSet, check_folder, read_result
+from quavsweep.store import RunFolder, ShardSet, check_folder, read_result
 from quavsweep.store.outcome import write_outcome
-from quavsweep.store.passes import integrated_passes
 from quavsweep.tiling import bytes_needed, choose_tile_cells, spread
+from quavsweep.work import Errand, Order, Worker
 
 Observer = Callable[[Progress], None]
-
-
-@dataclass(frozen=True)
-class Done:
-    """What a worker reports of a tile: new shards, whether it was missing, and a few numbers for those who watch."""
-
-    shards: list[Shard]
-    fresh: bool
-    steps: int
-    regions: np.ndarray
-    step_error: StepError | None
 
 
 def run_sweep(
@@ -52,6 +37,7 @@ def run_sweep(
     out: Path | str | None = None,
     *,
     workers: int = 2,
+    executor: Executor | None = None,
     observe: Observer | None = None,
     stop: threading.Event | None = None,
     accept_toolchain: bool = False,
@@ -70,6 +56,8 @@ def run_sweep(
         Folder of the run; default `results/<name>`.
     workers : int
         Number of threads.
+    executor : Executor, optional
+        What runs the tiles instead of threads of this process.
     observe : callable
         Gets the progress after each tile.
     stop : threading.Event, optional
@@ -98,8 +86,7 @@ def run_sweep(
     TilesFailedError
         If tiles raised; the result is written all the same.
     """
-    if workers < 1:
-        raise ConfigError(f"{workers} workers cannot work", possible="at least 1")
+    executor = executor or Threads(workers)
     stop = stop or threading.Event()
     folder = RunFolder(Path(out) if out is not None else sweep.folder)
     with folder.lock(exclusive):
@@ -118,9 +105,9 @@ def run_sweep(
             if observe is not None:
                 observe(progress)
 
-        failed = _complete(plan, shards, workers, progress, watch, stop, order_seed)
+        failed = _complete(plan, shards, folder, executor, progress, watch, stop, order_seed)
         while _consolidate(folder, shards, failed, progress, watch, stop) is None:
-            failed = _complete(plan, shards, workers, progress, watch, stop, order_seed)
+            failed = _complete(plan, shards, folder, executor, progress, watch, stop, order_seed)
         folder.write_record(record | {"ended": time.time(), "failed": failed, **_step_record(progress)})
     if failed:
         raise TilesFailedError(
@@ -237,7 +224,8 @@ def _check_disk(folder: RunFolder, shards: ShardSet) -> None:
 def _complete(
     plan: Plan,
     shards: ShardSet,
-    workers: int,
+    folder: RunFolder,
+    executor: Executor,
     progress: Progress,
     watch: Callable[[], None],
     stop: threading.Event,
@@ -254,22 +242,10 @@ def _complete(
         random.Random(order_seed).shuffle(tiles)
 
     fresh = {tile.index for tile in missing}
-    checked = threading.Event()  # the step is checked once, in the first tile with regular cells
-
-    def work(tile: Tile) -> Done:
-        evidence, begun, published = _evidence(plan, shards, tile, stop)
-        count = np.bincount(regions(plan.sweep, evidence), minlength=len(REGION))
-        steps = int(evidence["steps"].sum()) - begun
-        error = None
-        labels = {} if checked.is_set() else classify(plan.sweep, evidence)
-        if labels and (regular := regular_cells(plan.sweep, evidence, labels)).any():
-            checked.set()
-            error = check_step(plan, tile, regular, steps / len(tile) * progress.cells, stop.is_set)
-        return Done(published, tile.index in fresh, steps, count, error)
-
+    task_of = _tasks(plan, shards, folder, executor, progress)
     failed = {}
     try:
-        for receipt in run_tiles(work, tiles, workers):
+        for receipt in executor.run(task_of, tiles, stop):
             if receipt.fatal:
                 raise receipt.error or AssertionError
             if receipt.error is not None:
@@ -279,7 +255,7 @@ def _complete(
                 for shard in receipt.outcome.shards:
                     shards.add(shard)
                 progress.step_error = progress.step_error or receipt.outcome.step_error
-                if receipt.outcome.fresh:
+                if receipt.tile.index in fresh:
                     progress.add(len(receipt.tile), receipt.outcome.steps, receipt.outcome.regions)
             watch()
     except StoppedError:
@@ -290,28 +266,15 @@ def _complete(
     return failed
 
 
-def _evidence(plan: Plan, shards: ShardSet, tile: Tile, stop: threading.Event) -> tuple[Evidence, int, list[Shard]]:
-    """Return a tile's evidence with all passes of the effort, how many steps of it were there, and new shards."""
-    published: list[Shard] = []
-    begun = 0
-    try:
-        evidence = shards.read(tile.index, {}) if tile.index in shards.shards else None
-    except DamageError:
-        evidence = None  # a later look at all shards sets it aside
-    if evidence is None:
-        begin, earlier = shards.begin(tile.index)
-        if earlier is None:
-            evidence = integrate_tile(plan, tile, stop.is_set)
-        else:
-            begun = int(earlier["steps"].sum())
-            evidence = continue_cells(plan, earlier, stop.is_set)
-        published.append(shards.write(tile, evidence, begin, shards.end))
-
-    def continued(end: int, cells: Evidence) -> Evidence:
-        return continue_cells(plan.until(end), cells, stop.is_set)
-
-    go_on = integrated_passes(shards, tile, continued, published)
-    return with_passes(plan.sweep, evidence, go_on)[0], begun, published
+def _tasks(
+    plan: Plan, shards: ShardSet, folder: RunFolder, executor: Executor, progress: Progress
+) -> Callable[[Tile], Task]:
+    """Return what makes the work of a tile, for threads of this process or for workers elsewhere."""
+    if isinstance(executor, Threads):
+        worker = Worker(plan, shards)
+        return lambda tile: partial(worker, tile)
+    order = Order.of(plan, shards, folder.path)
+    return lambda tile: Errand(order, tile, check=progress.step_error is None)
 
 
 def _consolidate(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import threading
@@ -15,10 +16,11 @@ import click
 from quavsweep.cli.describe import described, shares
 from quavsweep.cli.option import PATH, Seconds, changes_option, model_option
 from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, amount, count, duration, say, table, warn
-from quavsweep.errors import QuavsweepError, TilesFailedError
+from quavsweep.errors import ConfigError, QuavsweepError, TilesFailedError
 
 if TYPE_CHECKING:
     from quavsweep.config import Sweep
+    from quavsweep.executor import Executor
     from quavsweep.step_check import StepError
 
 
@@ -37,6 +39,15 @@ no_plot_option = click.option("--no-plot", is_flag=True, help="Do not draw map.p
 @changes_option
 @model_option
 @workers_option
+@click.option("--processes", type=click.IntRange(1, 256), help="Use so many processes of this machine instead.")
+@click.option(
+    "--scheduler", metavar="ADDR", default="", help="Use the cluster of this dask scheduler, tcp:// or tls://."
+)
+@click.option("--scheduler-file", type=PATH, metavar="F", help="The same, by the file that the scheduler writes.")
+@click.option("--insecure", is_flag=True, help="Allow tcp:// to another machine.")
+@click.option(
+    "--worker-timeout", type=Seconds(), metavar="TIME", help="For how long to wait for workers; default 10min."
+)
 @click.option("--dry-run", is_flag=True, help="Only say what is done and missing, and what the rest would cost.")
 @max_time_option
 @no_plot_option
@@ -48,6 +59,11 @@ def run(
     changes: tuple[str, ...],
     model: Path | None,
     workers: int,
+    processes: int | None,
+    scheduler: str,
+    scheduler_file: Path | None,
+    insecure: bool,
+    worker_timeout: float | None,
     dry_run: bool,
     max_time: float | None,
     no_plot: bool,
@@ -79,12 +95,14 @@ def run(
     from quavsweep.sweep import run_sweep
 
     failure = None
-    with show_progress(sweep.name) as shown:
+    cluster = _cluster(processes, scheduler, scheduler_file, insecure, worker_timeout)
+    with cluster as executor, show_progress(sweep.name) as shown:
         try:
             run_sweep(
                 sweep,
                 out,
                 workers=workers,
+                executor=executor,
                 observe=shown,
                 stop=stop,
                 accept_toolchain=accept_toolchain,
@@ -96,6 +114,23 @@ def run(
     _finish(out or sweep.folder, sweep.name, time.monotonic() - begin, shown.cells_run, not no_plot, accuracy)
     if failure is not None:
         raise failure
+
+
+def _cluster(
+    processes: int | None, scheduler: str, scheduler_file: Path | None, insecure: bool, worker_timeout: float | None
+) -> contextlib.AbstractContextManager[Executor | None]:
+    """Return the cluster that was asked for, as a context; one of None if tiles run on threads."""
+    chosen = [name for name, value in (("--processes", processes), ("--scheduler", scheduler)) if value]
+    chosen += ["--scheduler-file"] if scheduler_file else []
+    if not chosen:
+        return contextlib.nullcontext()
+    if len(chosen) > 1:
+        raise ConfigError(f"{' and '.join(chosen)} exclude each other", possible="one of them")
+    try:
+        from quavsweep.executor.cluster import Cluster
+    except ImportError:
+        raise ConfigError(f"{chosen[0]} needs dask.distributed", possible="pip install 'quavsweep[cluster]'") from None
+    return Cluster(scheduler, scheduler_file, processes or 0, insecure, worker_timeout)
 
 
 @click.command()
@@ -216,7 +251,7 @@ def _disk(shards: int, result: int, free: int) -> str:
 
 
 def stop_on_signals(max_time: float | None) -> threading.Event:
-    """Return an event that Ctrl-C, SIGTERM, SIGHUP or the end of the time set; a second Ctrl-C ends the process."""
+    """Return an event that Ctrl-C, SIGTERM, SIGHUP, SIGUSR1 or the end of the time set; a second Ctrl-C ends it all."""
     stop = threading.Event()
 
     def handle(number: int, frame: Any) -> None:
@@ -224,7 +259,7 @@ def stop_on_signals(max_time: float | None) -> threading.Event:
             os._exit(EXIT_SECOND_INTERRUPT)
         stop.set()
 
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1):
         signal.signal(number, handle)
     if max_time is not None:
         timer = threading.Timer(max_time, stop.set)

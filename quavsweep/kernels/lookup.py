@@ -61,6 +61,18 @@ def make_observables(model: Model) -> Program:
     return _cached("observables", _key(model, _observed_sources), derived)
 
 
+def keep_program(model: Model, text: str) -> None:
+    """Keep the program of a model, as another process has it, so that it need not be derived here.
+
+    It is kept under the key of the equations here, so the text is read back and held against the kernel's identity by
+    whoever uses it.
+    """
+    key = _key(model, _sources)
+    path = cache_folder() / f"program_{key[:32]}.json" if key else None
+    if path is not None and not path.exists():
+        write_once(path, Program.from_json(text).to_json())
+
+
 def _cached(kind: str, key: str | None, derived: Callable[[], Program]) -> Program:
     """Return the program of that key, derived if there is none."""
     if key is None:

@@ -112,9 +112,10 @@ def write_shard(
     return shard
 
 
-def scan_shards(folder: Path) -> list[Shard]:
-    """Return the shards of all stages, trusting names and sizes; their content is verified when it is used."""
-    return [shard for shard in _named(folder) if _fits(shard)]
+def scan_shards(folder: Path, index: int | None = None) -> list[Shard]:
+    """Return the shards of all stages, or those of one tile; names and sizes are trusted, content is verified later."""
+    pattern = "tile-*.h5" if index is None else f"tile-{index:07d}.*.h5"
+    return [shard for shard in _named(folder, pattern) if _fits(shard)]
 
 
 def misfits(folder: Path) -> list[Path]:
@@ -122,9 +123,9 @@ def misfits(folder: Path) -> list[Path]:
     return [shard.path for shard in _named(folder) if not _fits(shard)]
 
 
-def _named(folder: Path) -> list[Shard]:
+def _named(folder: Path, pattern: str = "tile-*.h5") -> list[Shard]:
     """Return what has a shard's name in the folders of stages."""
-    shards = (_parse(path) for path in sorted(folder.glob("*/tile-*.h5")))
+    shards = (_parse(path) for path in sorted(folder.glob(f"*/{pattern}")))
     return [shard for shard in shards if shard is not None]
 
 

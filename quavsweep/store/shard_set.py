@@ -64,6 +64,12 @@ class ShardSet:
                 shards.add(shard)
         return shards
 
+    def find(self, index: int) -> None:
+        """Take in the shards of one tile that lie in the folder."""
+        for shard in sorted(scan_shards(self.folder, index), key=lambda shard: shard.end):
+            if shard.tile_cells == self.tile_cells and shard.end >= 0:
+                self.add(shard)
+
     @property
     def end(self) -> int:
         """The step at which the sweep ends."""

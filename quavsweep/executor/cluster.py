@@ -1,0 +1,257 @@
+"""Runs tiles on a cluster of dask.distributed: a sliding window of futures, and a watch over scheduler and workers.
+
+Only receipts travel; workers publish their own shards on the file system that they share with the driver. A tile lost
+with its worker is submitted again, as often as that happens; one that raised is not. Nothing is waited for without
+end: a scheduler that does not answer and a cluster without workers end the run, which can be continued.
+"""
+
+from __future__ import annotations
+
+import collections
+import contextlib
+import json
+import logging
+import os
+import queue
+import signal
+import threading
+import time
+import uuid
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import dask
+import distributed
+
+from quavsweep.errors import ConfigError, IdentityError, RefusedError, StoppedError
+from quavsweep.executor.receipt import Receipt, TaskOf
+from quavsweep.executor.remote import abandon, do_remotely
+from quavsweep.grid import Tile
+
+LOCAL = ("127.0.0.1", "localhost", "::1")
+CONNECT_SECONDS = 25.0  # an unreachable scheduler is told within 30 s
+SILENT_SECONDS = 45.0  # without an answer of the scheduler
+WORKER_SECONDS = 600.0  # without any worker, where a batch system may start them
+WORKER_SECONDS_LOCAL = 45.0
+CLOSING_SECONDS = 1.0
+AHEAD = 2  # tiles per thread that are submitted, so that none waits for the driver
+SETTINGS = {
+    "distributed.scheduler.allowed-failures": 10,
+    "distributed.comm.timeouts.connect": f"{CONNECT_SECONDS:g}s",
+    "distributed.admin.log-format": "%(message)s",
+}
+
+
+@dataclass
+class Cluster:
+    """A cluster of dask.distributed; use it as a context.
+
+    Parameters
+    ----------
+    address : str
+        Of its scheduler, `tcp://...` or `tls://...`; certificates for TLS are those of dask's own config.
+    scheduler_file : Path, optional
+        The file in which its scheduler tells its address.
+    processes : int
+        Or else a cluster of so many processes on this machine, which listens on 127.0.0.1 alone.
+    insecure : bool
+        Whether a scheduler on another machine may be talked to without TLS.
+    worker_timeout : float, optional
+        For how long to wait for a worker [s]; default 600, of processes on this machine 45.
+
+    Raises
+    ------
+    ConfigError
+        If the address is one of another machine without TLS.
+    StoppedError
+        If no scheduler answers.
+    """
+
+    address: str = ""
+    scheduler_file: Path | None = None
+    processes: int = 0
+    insecure: bool = False
+    worker_timeout: float | None = None
+    _client: distributed.Client | None = field(default=None, init=False)
+    _local: Any = field(default=None, init=False)
+
+    def __enter__(self) -> Cluster:
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        logging.getLogger("tornado").setLevel(logging.CRITICAL)
+        dask.config.set(SETTINGS)
+        if self.processes:
+            self._local = distributed.LocalCluster(
+                n_workers=self.processes,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address=None,
+                memory_limit=0,
+                silence_logs=logging.CRITICAL,
+            )
+            self._client = distributed.Client(self._local, timeout=CONNECT_SECONDS)
+            return self
+        where = self._secure_address()
+        options: dict[str, Any] = {"scheduler_file": where} if self.scheduler_file else {"address": where}
+        try:
+            self._client = distributed.Client(**options, timeout=CONNECT_SECONDS)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise StoppedError(f"no scheduler answers ({error})", where, "start it and run the same command") from None
+        return self
+
+    def _secure_address(self) -> str:
+        """Return what names the scheduler, unless it is one of another machine without TLS."""
+        address = self.address
+        if self.scheduler_file is not None:
+            try:
+                address = json.loads(self.scheduler_file.read_text())["address"]
+            except (OSError, ValueError, KeyError, TypeError) as error:
+                raise ConfigError(f"is not the file of a scheduler ({error})", str(self.scheduler_file)) from None
+        parts = urlsplit(address)
+        if parts.scheme not in ("tcp", "tls") or not parts.hostname:
+            raise ConfigError("is not the address of a scheduler", address, "tcp://HOST:PORT or tls://HOST:PORT")
+        if parts.scheme == "tcp" and parts.hostname not in LOCAL and not self.insecure:
+            what = "a scheduler on another machine is talked to without encryption, and what it sends is executed"
+            raise ConfigError(what, address, "tls://, or --insecure in a network that you trust")
+        return str(self.scheduler_file or address)
+
+    def __exit__(self, *exception: object) -> None:
+        pids = [nanny.pid for nanny in self._local.workers.values()] if self._local is not None else []
+        closing = threading.Thread(target=self._close, daemon=True)
+        closing.start()
+        closing.join(CLOSING_SECONDS)
+        for pid in filter(None, pids):
+            with contextlib.suppress(OSError):
+                os.kill(pid, signal.SIGKILL)
+
+    def _close(self) -> None:
+        """Close what was opened, for as long as that takes."""
+        with contextlib.suppress(Exception):
+            if self._client is not None:
+                self._client.close(timeout=CLOSING_SECONDS)
+            if self._local is not None:
+                self._local.close(timeout=CLOSING_SECONDS)
+
+    def run(self, task_of: TaskOf, tiles: Sequence[Tile], stop: threading.Event) -> Iterator[Receipt]:
+        """Yield a receipt for each tile, as they come; tiles are begun in their order.
+
+        Raises
+        ------
+        StoppedError
+            If `stop` is set, the scheduler is gone, or no worker comes.
+        IdentityError
+            If all workers were refused because of their kernel or toolchain.
+        """
+        client = self._client
+        assert client is not None
+        waiting, running = collections.deque(tiles), dict[Any, Tile]()
+        ready: queue.Queue[distributed.Future] = queue.Queue()
+        token, watch = uuid.uuid4().hex, _Watch(client, self._patience)
+        try:
+            while waiting or running:
+                watch.check()
+                if stop.is_set():
+                    raise StoppedError("stopped")
+                while waiting and len(running) < AHEAD * watch.threads:
+                    tile = waiting.popleft()
+                    future = watch.submit(task_of, tile, token)
+                    running[future] = tile
+                    future.add_done_callback(ready.put)
+                try:
+                    future = ready.get(timeout=0.1)
+                except queue.Empty:
+                    continue
+                tile = running.pop(future)
+                receipt = watch.receipt(future, tile)
+                if receipt is None:
+                    waiting.appendleft(tile)
+                else:
+                    yield receipt
+        finally:
+            if running:
+                with contextlib.suppress(Exception):
+                    client.run(abandon, token, wait=False)
+                with contextlib.suppress(Exception):
+                    client.cancel(list(running), asynchronous=True)
+            watch.end()
+
+    @property
+    def _patience(self) -> float:
+        """For how long to wait for a worker [s]."""
+        if self.worker_timeout is not None:
+            return self.worker_timeout
+        return WORKER_SECONDS_LOCAL if self.processes else WORKER_SECONDS
+
+
+class _Watch:
+    """Asks the scheduler each second which workers there are, and remembers which were refused."""
+
+    def __init__(self, client: distributed.Client, patience: float) -> None:
+        self._client, self._patience = client, patience
+        self._answered = self._staffed = time.monotonic()
+        self._workers: dict[str, int] = {}
+        self._refused: dict[str, IdentityError] = {}
+        self._over = threading.Event()
+        threading.Thread(target=self._ask, name="quavsweep-watch", daemon=True).start()
+
+    def _ask(self) -> None:
+        while not self._over.is_set():
+            with contextlib.suppress(Exception):
+                self._workers = dict(self._client.nthreads())
+                self._answered = time.monotonic()
+            self._over.wait(0.5)
+
+    def end(self) -> None:
+        """Ask no more."""
+        self._over.set()
+
+    @property
+    def _allowed(self) -> dict[str, int]:
+        """Threads of the workers that were not refused, by address."""
+        return {address: threads for address, threads in self._workers.items() if address not in self._refused}
+
+    @property
+    def threads(self) -> int:
+        """How many tiles can be done at a time."""
+        return sum(self._allowed.values())
+
+    def check(self) -> None:
+        """Raise if there is nothing to wait for."""
+        now = time.monotonic()
+        if self._client.status in ("closed", "closing") or now - self._answered > SILENT_SECONDS:
+            raise StoppedError("the scheduler is gone", possible="start it again and run the same command")
+        if self._workers and not self._allowed:
+            raise next(iter(self._refused.values()))
+        if self._workers:
+            self._staffed = now
+        elif now - self._staffed > self._patience:
+            what = f"there was no worker for {self._patience:.0f} s"
+            raise StoppedError(what, possible="start workers and run the same command")
+
+    def submit(self, task_of: TaskOf, tile: Tile, token: str) -> distributed.Future:
+        """Give a tile to a worker that was not refused."""
+        where = {"workers": list(self._allowed), "allow_other_workers": False} if self._refused else {}
+        return self._client.submit(do_remotely, task_of(tile), tile, token, pure=False, **where)
+
+    def receipt(self, future: distributed.Future, tile: Tile) -> Receipt | None:
+        """Return the receipt of a tile that is done; None if it was lost with its worker, or that was refused."""
+        if future.status == "finished":
+            try:
+                receipt: Receipt = future.result(timeout=SILENT_SECONDS)
+            except Exception:
+                return None
+            if isinstance(receipt.error, RefusedError):
+                self._refused[receipt.worker] = receipt.error
+                return None
+            return receipt
+        if future.status == "error":
+            error = future.exception(timeout=SILENT_SECONDS)
+            if not isinstance(error, distributed.KilledWorker):
+                raise IdentityError(
+                    f"a worker cannot do tiles ({type(error).__name__}: {error})",
+                    possible="install the same quavsweep on the workers",
+                ) from error
+        return None
