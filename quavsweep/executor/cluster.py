@@ -17,7 +17,7 @@ import signal
 import threading
 import time
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -172,10 +172,7 @@ class Cluster:
                     yield receipt
         finally:
             if running:
-                with contextlib.suppress(Exception):
-                    client.run(abandon, token, wait=False)
-                with contextlib.suppress(Exception):
-                    client.cancel(list(running), asynchronous=True)
+                _tell(client, abandon, token)
             watch.end()
 
     @property
@@ -184,6 +181,16 @@ class Cluster:
         if self.worker_timeout is not None:
             return self.worker_timeout
         return WORKER_SECONDS_LOCAL if self.processes else WORKER_SECONDS
+
+
+def _tell(client: distributed.Client, function: Callable[..., None], *arguments: Any) -> None:
+    """Call a function on each worker, and wait for none: some may be gone or frozen."""
+
+    async def tell() -> None:
+        with contextlib.suppress(Exception):
+            await client.run(function, *arguments, on_error="ignore")
+
+    client.loop.add_callback(tell)
 
 
 class _Watch:
