@@ -7,6 +7,7 @@ end: a scheduler that does not answer and a cluster without workers end the run,
 
 from __future__ import annotations
 
+import atexit
 import collections
 import contextlib
 import json
@@ -25,6 +26,7 @@ from urllib.parse import urlsplit
 
 import dask
 import distributed
+from distributed.deploy.spec import close_clusters
 
 from quavsweep.errors import ConfigError, IdentityError, RefusedError, StoppedError
 from quavsweep.executor.receipt import Receipt, TaskOf
@@ -126,6 +128,7 @@ class Cluster:
         for pid in filter(None, pids):
             with contextlib.suppress(OSError):
                 os.kill(pid, signal.SIGKILL)
+        atexit.unregister(close_clusters)  # it would wait for the killed ones for ten seconds more
 
     def _close(self) -> None:
         """Close what was opened, for as long as that takes."""
