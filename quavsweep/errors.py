@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+STOPPED = "the run was stopped"
+
 
 class QuavsweepError(Exception):
     """Base of all errors that a user can meet and mend.

@@ -10,7 +10,7 @@ from quavsweep.analysis.domain import DomainWatcher
 from quavsweep.analysis.observer import make_watchers
 from quavsweep.analysis.scene import Chunk, Scene, Watcher
 from quavsweep.codes import Certificate, Status
-from quavsweep.errors import StoppedError
+from quavsweep.errors import STOPPED, StoppedError
 from quavsweep.grid import Tile
 from quavsweep.kernels.layout import Layout, aligned_empty, generic_frame
 from quavsweep.look import look
@@ -215,7 +215,7 @@ def _advance_batch(
         layout.set_phase(lanes, clock.phase(done + block * clock.block))
         for first in range(0, groups, at_once):
             if stopped():
-                raise StoppedError("the run was stopped")
+                raise StoppedError(STOPPED)
             last = min(first + at_once, groups)
             if watchers:
                 cells = alive[first * layout.lanes : last * layout.lanes]

@@ -16,7 +16,7 @@ import numpy as np
 
 from quavsweep.codes import Status
 from quavsweep.config import Sweep, dump_config, load_sweep
-from quavsweep.errors import ConfigError, DamageError, DiskError, StoppedError, TilesFailedError
+from quavsweep.errors import STOPPED, ConfigError, DamageError, DiskError, StoppedError, TilesFailedError
 from quavsweep.executor import Executor, Task, Threads
 from quavsweep.grid import Tile
 from quavsweep.kernels.compiler import default_lanes
@@ -24,10 +24,12 @@ from quavsweep.models import Model
 from quavsweep.plan import Plan, make_plan
 from quavsweep.progress import Progress
 from quavsweep.provenance import evidence_parts, identify, machine, toolchain
-from quavsweep.store import RunFolder, ShardSet, check_folder, read_result
+from quavsweep.store import RunFolder, Shard, ShardSet, check_folder, read_result
 from quavsweep.store.outcome import write_outcome
 from quavsweep.tiling import bytes_needed, choose_tile_cells, spread
 from quavsweep.work import Errand, Order, Worker
+
+SEEN_SECONDS = 10.0  # within which a shard is seen that was published on another machine
 
 Observer = Callable[[Progress], None]
 
@@ -253,17 +255,29 @@ def _complete(
                 progress.failed += 1
             else:
                 for shard in receipt.outcome.shards:
+                    _see(shard)
                     shards.add(shard)
                 progress.step_error = progress.step_error or receipt.outcome.step_error
                 if receipt.tile.index in fresh:
                     progress.add(len(receipt.tile), receipt.outcome.steps, receipt.outcome.regions)
             watch()
-    except StoppedError:
+    except StoppedError as error:
+        why = "" if error.what == STOPPED else f"{error}; "
         raise StoppedError(
-            f"stopped with {progress.tiles_done} of {progress.tiles} tiles done",
+            f"{why}stopped with {progress.tiles_done} of {progress.tiles} tiles done",
             possible="the same command continues it",
         ) from None
     return failed
+
+
+def _see(shard: Shard) -> None:
+    """Make sure that a shard which a worker has published is seen here; on some file systems that takes a while."""
+    deadline = time.monotonic() + SEEN_SECONDS
+    while not shard.is_there:
+        if time.monotonic() > deadline:
+            what = "a worker published this shard, but it is not seen here"
+            raise DiskError(what, str(shard.path), "workers and this process must share the folder")
+        time.sleep(0.1)
 
 
 def _tasks(
@@ -287,9 +301,12 @@ def _consolidate(
 ) -> int | None:
     """Write the result unless it is there; return how many cells wait for a pass of the effort.
 
-    None if shards turned out damaged and were set aside.
+    None if shards are missing whose tiles did not fail: they turned out damaged and were set aside.
     """
-    if not shards.missing() and shards.sweep.config.effort is None:
+    missing = shards.missing()
+    if any(tile.index not in failed for tile in missing):
+        return None
+    if not missing and shards.sweep.config.effort is None:
         with contextlib.suppress(FileNotFoundError, DamageError):
             stored = read_result(folder.result)
             whole = not np.isin(stored.data["status"], (Status.NOT_COMPUTED, Status.FAILED)).any()

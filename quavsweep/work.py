@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -38,7 +38,7 @@ class Done:
     Parameters
     ----------
     shards : list of Shard
-        Those that it published.
+        Those that it published, or found.
     steps : int
         That it integrated.
     regions : (regions,) int
@@ -190,7 +190,8 @@ class Errand:
         checked = threading.Event()
         if not self.check:
             checked.set()
-        return Worker(plan, shards, checked)(self.tile, stopped)
+        done = Worker(plan, shards, checked)(self.tile, stopped)
+        return replace(done, shards=list(shards))  # also those that were there: a receipt may be lost with its worker
 
 
 _MAKING = threading.Lock()

@@ -19,7 +19,7 @@ import quavsweep.sweep
 from quavsweep.codes import Region, Status
 from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import DiskError, IdentityError, StoppedError, TilesFailedError
-from quavsweep.executor import run_tiles
+from quavsweep.executor import Threads
 from quavsweep.grid import Tile
 from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
@@ -262,7 +262,8 @@ def test_a_run_that_cannot_fit_on_the_disk_is_refused(tmp_path: Path, monkeypatc
 
 def test_many_tiles_begin_at_once() -> None:
     begin, done = time.monotonic(), set()
-    for receipt in run_tiles(lambda tile: tile.index, [Tile(i, i, i + 1) for i in range(20_000)], 2):
+    tiles = [Tile(i, i, i + 1) for i in range(20_000)]
+    for receipt in Threads(2).run(lambda tile: lambda stopped: tile.index, tiles, threading.Event()):
         done.add(receipt.outcome)
     assert len(done) == 20_000
     assert time.monotonic() - begin < 10

@@ -28,7 +28,7 @@ import dask
 import distributed
 from distributed.deploy.spec import close_clusters
 
-from quavsweep.errors import ConfigError, IdentityError, RefusedError, StoppedError
+from quavsweep.errors import STOPPED, ConfigError, IdentityError, RefusedError, StoppedError
 from quavsweep.executor.receipt import Receipt, TaskOf
 from quavsweep.executor.remote import abandon, do_remotely
 from quavsweep.grid import Tile
@@ -90,7 +90,7 @@ class Cluster:
                 threads_per_worker=1,
                 processes=True,
                 host="127.0.0.1",
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",
                 memory_limit=0,
                 silence_logs=logging.CRITICAL,
             )
@@ -157,7 +157,7 @@ class Cluster:
             while waiting or running:
                 watch.check()
                 if stop.is_set():
-                    raise StoppedError("stopped")
+                    raise StoppedError(STOPPED)
                 while waiting and len(running) < AHEAD * watch.threads:
                     tile = waiting.popleft()
                     future = watch.submit(task_of, tile, token)

@@ -54,6 +54,13 @@ class Shard:
     listed: str = ""
 
     @property
+    def is_there(self) -> bool:
+        """Whether the file is there with its size."""
+        with contextlib.suppress(OSError):
+            return self.path.is_file() and self.path.stat().st_size == self.size
+        return False
+
+    @property
     def end(self) -> int:
         """The step to which its stage leads."""
         return stage_end(self.path.parent.name)
@@ -115,24 +122,18 @@ def write_shard(
 def scan_shards(folder: Path, index: int | None = None) -> list[Shard]:
     """Return the shards of all stages, or those of one tile; names and sizes are trusted, content is verified later."""
     pattern = "tile-*.h5" if index is None else f"tile-{index:07d}.*.h5"
-    return [shard for shard in _named(folder, pattern) if _fits(shard)]
+    return [shard for shard in _named(folder, pattern) if shard.is_there]
 
 
 def misfits(folder: Path) -> list[Path]:
     """Return the files that have a shard's name but not its size."""
-    return [shard.path for shard in _named(folder) if not _fits(shard)]
+    return [shard.path for shard in _named(folder) if not shard.is_there]
 
 
 def _named(folder: Path, pattern: str = "tile-*.h5") -> list[Shard]:
     """Return what has a shard's name in the folders of stages."""
     shards = (_parse(path) for path in sorted(folder.glob(f"*/{pattern}")))
     return [shard for shard in shards if shard is not None]
-
-
-def _fits(shard: Shard) -> bool:
-    with contextlib.suppress(OSError):
-        return shard.path.is_file() and shard.path.stat().st_size == shard.size
-    return False
 
 
 def _parse(path: Path) -> Shard | None:

@@ -1,0 +1,170 @@
+"""A cluster of dask.distributed: the same bytes, whatever dies, and a word where there is nobody to talk to."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from quavsweep.config import Sweep, parse_sweep
+from quavsweep.errors import ConfigError, RefusedError, StoppedError
+from quavsweep.executor.cluster import SETTINGS, Cluster
+from quavsweep.grid import Tile
+from quavsweep.plan import make_plan
+from quavsweep.provenance import identify
+from quavsweep.store import RunFolder, ShardSet
+from quavsweep.sweep import run_sweep
+from quavsweep.work import Errand, Order
+from tests.conftest import YAW
+
+
+@pytest.fixture(scope="module")
+def sweep() -> Sweep:
+    return parse_sweep(YAW)
+
+
+@pytest.fixture(scope="module")
+def expected(sweep: Sweep, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    return run_sweep(sweep, tmp_path_factory.mktemp("expected")).read_bytes()
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Cluster]:
+    with Cluster(processes=2) as opened:
+        yield opened
+
+
+@contextlib.contextmanager
+def _scheduler(tmp_path: Path, *workers: dict[str, str]) -> Iterator[tuple[Path, list[subprocess.Popen[bytes]]]]:
+    """Start a scheduler and workers as a batch system does, each worker with some variables of its environment."""
+    file = tmp_path / "scheduler.json"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    common = ["--scheduler-file", str(file)]
+    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
+    running = [subprocess.Popen([*dask, *common, "--host", "127.0.0.1", "--no-dashboard", "--port", "0"], **quiet)]  # type: ignore[call-overload]
+    try:
+        deadline = time.monotonic() + 30
+        while not file.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        for number, variables in enumerate(workers):
+            worker = [sys.executable, "-m", "distributed.cli.dask_worker", *common, "--no-nanny", "--no-dashboard"]
+            worker += ["--nthreads", "1", "--host", "127.0.0.1", "--name", str(number), "--memory-limit", "0"]
+            worker += ["--local-directory", str(tmp_path / f"worker-{number}"), "--death-timeout", "30"]
+            running.append(subprocess.Popen(worker, env={**os.environ, **variables}, **quiet))  # type: ignore[call-overload]
+        yield file, running
+    finally:
+        for process in running:
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+
+
+def test_processes_give_the_bytes_of_threads(sweep: Sweep, expected: bytes, cluster: Cluster, tmp_path: Path) -> None:
+    assert run_sweep(sweep, tmp_path, executor=cluster, tile_cells=7, order_seed=1).read_bytes() == expected
+
+
+def test_workers_that_are_killed_lose_nothing(sweep: Sweep, expected: bytes, tmp_path: Path) -> None:
+    with Cluster(processes=2) as cluster:
+
+        def kill() -> None:
+            while not over.wait(0.7):
+                pids = [nanny.pid for nanny in cluster._local.workers.values() if nanny.pid]
+                with contextlib.suppress(OSError, IndexError):
+                    os.kill(pids[0], signal.SIGKILL)
+
+        over = threading.Event()
+        killer = threading.Timer(0.5, kill)
+        killer.start()
+        threading.Timer(6.0, over.set).start()
+        result = run_sweep(sweep, tmp_path, executor=cluster, tile_cells=2)
+        over.set()
+        assert result.read_bytes() == expected
+
+
+def test_a_tile_that_is_done_again_finds_its_shard(sweep: Sweep, tmp_path: Path) -> None:
+    plan, identity = make_plan(sweep, 16), identify(sweep)
+    folder = RunFolder(tmp_path)
+    order = Order.of(plan, ShardSet.scan(folder, sweep, identity, 4), tmp_path)
+    first, second = (Errand(order, Tile(3, 12, 16), check=False)(lambda: False) for _ in range(2))
+    assert [shard.path for shard in second.shards] == [shard.path for shard in first.shards]
+    assert second.steps == 0 < first.steps
+
+
+def test_a_stop_is_quick_and_the_run_goes_on(sweep: Sweep, expected: bytes, cluster: Cluster, tmp_path: Path) -> None:
+    stop = threading.Event()
+    long = parse_sweep(YAW.replace("duration: 600", "duration: 400000") + "stop_early: false\n")
+    threading.Timer(3.0, stop.set).start()
+    begin = time.monotonic()
+    with pytest.raises(StoppedError):
+        run_sweep(long, tmp_path / "long", executor=cluster, stop=stop)
+    assert time.monotonic() - begin < 6.0
+    assert run_sweep(sweep, tmp_path / "short", executor=cluster).read_bytes() == expected
+
+
+def test_a_worker_of_another_toolchain_is_refused(sweep: Sweep, expected: bytes, tmp_path: Path) -> None:
+    other = {"NUMBA_OPT": "2"}
+    one = _scheduler(tmp_path, other)
+    with one as (file, _), Cluster(scheduler_file=file) as cluster, pytest.raises(RefusedError, match="toolchain"):
+        run_sweep(sweep, tmp_path / "run", executor=cluster)
+    (tmp_path / "both").mkdir()
+    with _scheduler(tmp_path / "both", other, {}) as (file, _), Cluster(scheduler_file=file) as cluster:
+        assert run_sweep(sweep, tmp_path / "run", executor=cluster).read_bytes() == expected
+
+
+def test_a_scheduler_that_dies_ends_the_run(
+    sweep: Sweep, expected: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(SETTINGS, "distributed.comm.timeouts.connect", "3s")
+    with _scheduler(tmp_path, {}) as (file, running), Cluster(scheduler_file=file) as cluster:
+        threading.Timer(1.5, running[0].kill).start()
+        begin = time.monotonic()
+        with pytest.raises(StoppedError, match="scheduler"):
+            run_sweep(sweep, tmp_path / "run", executor=cluster, tile_cells=1)
+        assert time.monotonic() - begin < 60
+    assert run_sweep(sweep, tmp_path / "run").read_bytes() == expected
+
+
+def test_a_cluster_without_workers_is_not_waited_for(sweep: Sweep, tmp_path: Path) -> None:
+    none, wanted = _scheduler(tmp_path), pytest.raises(StoppedError, match="no worker for 1 s")
+    with none as (file, _), Cluster(scheduler_file=file, worker_timeout=1.0) as cluster, wanted:
+        run_sweep(sweep, tmp_path / "run", executor=cluster)
+
+
+@pytest.mark.parametrize(
+    ("address", "says"),
+    [("tcp://10.1.2.3:8786", "encryption"), ("nowhere", "not the address"), ("http://localhost:1", "not the address")],
+)
+def test_addresses_that_are_not_used(address: str, says: str) -> None:
+    with pytest.raises(ConfigError, match=says), Cluster(address):
+        pass
+
+
+def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("quavsweep.executor.cluster.CONNECT_SECONDS", 1.0)
+    with pytest.raises(StoppedError, match=r"tcp://127\.0\.0\.1:9: no scheduler answers"), Cluster("tcp://127.0.0.1:9"):
+        pass
+
+
+def _odd(tile: Tile, stopped: Callable[[], bool]) -> int:
+    if tile.index % 2:
+        raise ArithmeticError(f"tile {tile.index} is odd")
+    return tile.index
+
+
+def test_a_tile_that_raises_does_not_stop_the_others(cluster: Cluster) -> None:
+    tiles = [Tile(i, i, i + 1) for i in range(6)]
+    receipts = sorted(
+        cluster.run(lambda tile: partial(_odd, tile), tiles, threading.Event()), key=lambda r: r.tile.index
+    )
+    assert [receipt.outcome for receipt in receipts] == [0, None, 2, None, 4, None]
+    assert "tile 5 is odd" in receipts[5].trace
+    assert not any(receipt.fatal for receipt in receipts)
+    assert all(receipt.worker.startswith("tcp://127.0.0.1") for receipt in receipts)
