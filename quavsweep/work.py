@@ -95,7 +95,9 @@ class Worker:
             evidence = shards.read(tile.index, {}) if tile.index in shards.shards else None
         except DamageError:
             evidence = None  # a later look at all shards sets it aside
-        if evidence is None:
+        if evidence is not None:
+            begun = int(evidence["steps"].sum())
+        else:
             begin, earlier = shards.begin(tile.index)
             if earlier is None:
                 evidence = integrate_tile(plan, tile, stopped)
@@ -191,7 +193,8 @@ class Errand:
         if not self.check:
             checked.set()
         done = Worker(plan, shards, checked)(self.tile, stopped)
-        return replace(done, shards=list(shards))  # also those that were there: a receipt may be lost with its worker
+        # Also those that were there: the receipt of a tile may be lost with its worker, and the tile done again.
+        return replace(done, shards=[*shards, *done.shards])
 
 
 _MAKING = threading.Lock()

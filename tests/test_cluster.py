@@ -17,7 +17,7 @@ import pytest
 
 from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import ConfigError, RefusedError, StoppedError
-from quavsweep.executor.cluster import SETTINGS, Cluster
+from quavsweep.executor.cluster import Cluster
 from quavsweep.grid import Tile
 from quavsweep.plan import make_plan
 from quavsweep.provenance import identify
@@ -122,7 +122,7 @@ def test_a_worker_of_another_toolchain_is_refused(sweep: Sweep, expected: bytes,
 def test_a_scheduler_that_dies_ends_the_run(
     sweep: Sweep, expected: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(SETTINGS, "distributed.comm.timeouts.connect", "3s")
+    monkeypatch.setattr("quavsweep.executor.cluster.CONNECT_SECONDS", 5.0)
     with _scheduler(tmp_path, {}) as (file, running), Cluster(scheduler_file=file) as cluster:
         threading.Timer(1.5, running[0].kill).start()
         begin = time.monotonic()

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import quavsweep.sweep
+import quavsweep.work
 from quavsweep.codes import Region, Status
 from quavsweep.config import Sweep, parse_sweep
 from quavsweep.errors import DiskError, IdentityError, StoppedError, TilesFailedError
@@ -76,12 +76,13 @@ _CHILD = """
 import sys, time
 from pathlib import Path
 import quavsweep.sweep as conductor
+import quavsweep.work
 from quavsweep.config import parse_sweep
-plain = conductor.integrate_tile
+plain = quavsweep.work.integrate_tile
 def slow(*arguments):
     time.sleep(0.1)
     return plain(*arguments)
-conductor.integrate_tile = slow
+quavsweep.work.integrate_tile = slow
 conductor.run_sweep(parse_sweep(Path(sys.argv[1]).read_text()), sys.argv[2], tile_cells=32)
 """
 
@@ -106,7 +107,7 @@ def test_a_finished_run_is_not_done_again(tmp_path: Path, monkeypatch: pytest.Mo
     sweep = parse_sweep(YAW)
     path = run_sweep(sweep, tmp_path)
     before = path.stat().st_mtime_ns
-    monkeypatch.setattr(quavsweep.sweep, "integrate_tile", None)
+    monkeypatch.setattr(quavsweep.work, "integrate_tile", None)
     assert run_sweep(sweep, tmp_path) == path
     assert path.stat().st_mtime_ns == before
 
@@ -156,7 +157,7 @@ def test_another_engine_or_toolchain_is_refused(tmp_path: Path, monkeypatch: pyt
 def test_thresholds_need_no_new_integration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = run_sweep(parse_sweep(YAW), tmp_path)
     before = _sha256(path)
-    monkeypatch.setattr(quavsweep.sweep, "integrate_tile", None)
+    monkeypatch.setattr(quavsweep.work, "integrate_tile", None)
     run_sweep(parse_sweep(YAW + "classify: {neutral: 0.1}\n"), tmp_path)
     assert _sha256(path) != before
     run_sweep(parse_sweep(YAW), tmp_path)
@@ -177,7 +178,7 @@ def test_a_tile_that_raises_does_not_stop_the_others(tmp_path: Path, monkeypatch
 
     sweep = parse_sweep(THUMBNAIL)
     with monkeypatch.context() as patch:
-        patch.setattr(quavsweep.sweep, "integrate_tile", sometimes)
+        patch.setattr(quavsweep.work, "integrate_tile", sometimes)
         with pytest.raises(TilesFailedError, match="1 of 13 tiles raised, the first with ValueError: something odd"):
             run_sweep(sweep, tmp_path, tile_cells=32)
     status = open_result(tmp_path)["status"].ravel()
