@@ -1,0 +1,30 @@
+"""All faults, in the order of their keys."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tests.faults import kill
+from tests.faults.fault import Fault
+
+FAULTS: tuple[Fault, ...] = tuple(sorted(kill.FAULTS, key=lambda fault: fault.key))
+
+
+def select(keys: Sequence[str]) -> list[Fault]:
+    """Return faults by key, all if none is given.
+
+    Raises
+    ------
+    KeyError
+        With the first key that is none.
+    """
+    known = {fault.key for fault in FAULTS}
+    for key in keys:
+        if key not in known:
+            raise KeyError(key)
+    return [fault for fault in FAULTS if not keys or fault.key in keys]
+
+
+def listing() -> str:
+    """Return the faults, one a line."""
+    return "\n".join(f"  {f.key:5} {f.push:>5} {f.demand:>7,}  {f.title}" for f in FAULTS)

@@ -1,0 +1,83 @@
+"""The outcomes: as text, and as JSON that accumulates call by call with date and commit."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from benchmarks.machine import commit
+from quavsweep.provenance import machine
+from tests.faults.catalogue import FAULTS
+from tests.faults.fault import Tally
+
+HEAD = f"{'':5} {'fault':58} {'cases':>7} {'survived':>9} {'silent':>7}"
+
+
+def told(tally: Tally) -> str:
+    """Return a row of the table: fault, cases, survived, silent errors; below it what went wrong."""
+    lines = [_row(tally.fault.key, tally.fault.title, tally.cases, tally.survived, tally.silent)]
+    if tally.kinds:
+        lines.append(f"      {', '.join(f'{kind} {n:,}' for kind, n in sorted(tally.kinds.items()))}")
+    if tally.not_run:
+        lines.append(f"      NOT RUN: {tally.not_run}")
+    lines += [f"      WRONG: {text}" for text in (*([tally.whole] if tally.whole else []), *tally.failures[:10])]
+    return "\n".join(lines)
+
+
+def _row(key: str, title: str, cases: int, survived: int, silent: int) -> str:
+    return f"{key:5} {title:58} {cases:>7,} {survived:>9,} {silent:>7,}"
+
+
+def add(file: Path, tallies: Sequence[Tally], seed: int) -> None:
+    """Add what was measured to a file of all that was measured before."""
+    calls = read(file)
+    calls.append(
+        {
+            "date": datetime.now(UTC).isoformat(timespec="seconds"),
+            "commit": commit(),
+            "quavsweep": machine(),
+            "seed": seed,
+            "faults": {tally.fault.key: _plain(tally) for tally in tallies},
+        }
+    )
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(calls, indent=1) + "\n")
+
+
+def read(file: Path) -> list[dict[str, Any]]:
+    """Return the calls that a file records, none if there is no file."""
+    return json.loads(file.read_text()) if file.exists() else []
+
+
+def _plain(tally: Tally) -> dict[str, Any]:
+    return {
+        "cases": tally.cases,
+        "survived": tally.survived,
+        "silent": tally.silent,
+        "kinds": dict(tally.kinds),
+        "failures": tally.failures,
+        "whole": tally.whole,
+        "not_run": tally.not_run,
+        "seconds": round(tally.seconds, 1),
+    }
+
+
+def table(file: Path) -> str:
+    """Return the table of everything that a file records: fault, cases, survived, silent errors, dates, commits."""
+    lines = ["| fault | cases | survived | silent | last date | commits |", "|---|---|---|---|---|---|"]
+    for fault in FAULTS:
+        counts, dates, commits = Counter[str](), list[str](), dict[str, None]()
+        for call in read(file):
+            found = call["faults"].get(fault.key)
+            if found is not None and found["cases"]:
+                counts.update({key: found[key] for key in ("cases", "survived", "silent")})
+                dates.append(call["date"][:10])
+                commits[str(call["commit"]["id"])[:7]] = None
+        numbers = " | ".join(f"{counts[key]:,}" for key in ("cases", "survived", "silent"))
+        when = f"{max(dates)} | {', '.join(commits)}" if dates else "not run |"
+        lines.append(f"| {fault.key} {fault.title} | {numbers} | {when} |")
+    return "\n".join(lines)

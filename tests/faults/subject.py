@@ -1,0 +1,53 @@
+"""The sweeps under attack: sinks, cycles, chaos, diverged cells, an effort pass, an ensemble."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from quavsweep.config import Sweep, parse_sweep
+
+# At dt = 0.01 RK4 diverges for large rho. Starts of an ensemble cannot go on with an effort, so there are two sweeps.
+GRID = """
+name: grid
+model: lorenz
+initial: {x: 1.0, y: 1.0, z: 20.0}
+axes:
+  rho: {start: 0.5, stop: 620, num: 64}
+integrate: {method: rk4, dt: 0.01, transient: 10, duration: 30}
+measures: {lyapunov: {exponents: 3, block: 5}}
+effort: {max_duration: 120}
+"""
+ENSEMBLE = """
+name: ensemble
+model: lorenz
+initial: {z: 20.0}
+axes:
+  rho: {values: [0.5, 14, 20, 22.5, 28, 60, 100.5, 160, 350, 900]}
+  ensemble: {num: 8, seed: 1, box: {x: [-10, 10], y: [-10, 10]}}
+integrate: {method: rk4, dt: 0.01, transient: 10, duration: 30}
+measures: {lyapunov: {exponents: 3, block: 5}}
+"""
+TILE_CELLS = 5
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A sweep under attack."""
+
+    name: str
+    text: str
+    tile_cells: int = TILE_CELLS
+
+    @cached_property
+    def sweep(self) -> Sweep:
+        """The sweep."""
+        return parse_sweep(self.text, f"{self.name}.yaml")
+
+    @property
+    def tiles(self) -> int:
+        """Number of tiles."""
+        return -(-self.sweep.grid.size // self.tile_cells)
+
+
+SUBJECTS = (Subject("grid", GRID), Subject("ensemble", ENSEMBLE))

@@ -1,0 +1,54 @@
+"""The attacks in small numbers, and how their outcomes are told."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.faults import __main__ as attacks
+from tests.faults.catalogue import FAULTS
+from tests.faults.fault import Case, Fault, Tally
+from tests.faults.record import read, table, told
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.key)
+def test_promises_hold(fault: Fault, tmp_path: Path) -> None:
+    seed = time.time_ns() // 10**6
+    tally = attacks.run(fault, tmp_path, fault.push, seed)
+    print(f"seed {seed}", told(tally), sep="\n")
+    if tally.not_run:
+        pytest.skip(tally.not_run)
+    assert tally.holds
+
+
+def _fault(*cases: Case) -> Fault:
+    return Fault("F01", "a fault", len(cases), len(cases), lambda arena, n: iter(cases))
+
+
+@pytest.mark.parametrize(
+    ("case", "holds"),
+    [(Case(True), True), (Case(False, "lost"), False), (Case(True, "other bytes", silent=True), False)],
+)
+def test_a_fault_holds_if_every_case_survived_and_none_was_silent(case: Case, holds: bool) -> None:
+    tally = Tally(_fault(case)).count([Case(True), case])
+    assert tally.holds is holds
+    assert (case.note in told(tally)) is bool(case.note)
+
+
+def test_nothing_run_is_nothing_held() -> None:
+    assert not Tally(_fault()).count([]).holds
+
+
+def test_the_record_accumulates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(attacks, "select", lambda keys: [_fault(Case(True, kinds=("soft",)), Case(True))])
+    file = tmp_path / "faults.json"
+    assert [attacks.main(["--json", str(file)]) for _ in range(2)] == [0, 0]
+    assert [call["faults"]["F01"]["survived"] for call in read(file)] == [2, 2]
+    assert "| 4 | 4 | 0 |" in table(file)
+
+
+def test_an_unknown_key_is_exit_2_with_the_list(capsys: pytest.CaptureFixture[str]) -> None:
+    assert attacks.main(["F99"]) == 2
+    assert "F01" in capsys.readouterr().err
