@@ -54,7 +54,7 @@ def _history(arena: Arena, subject: Subject) -> Iterator[Case]:
         pending: Case | None = None
         while True:
             victim = arena.start(subject, place, ("--workers", str(WORKERS)))
-            victim.process.join(arena.rng.uniform(0, whole.seconds * (1.1 - len(before) / whole.begun)))
+            victim.process.join(arena.rng.uniform(0.1, whole.seconds * (1.2 - 0.4 * len(before) / whole.begun)))
             if victim.code is not None:
                 break
             kill(victim)
@@ -85,8 +85,7 @@ def _end(arena: Arena, subject: Subject, place: Path, kills: int) -> str:
 
 def _whole(kinds: Counter[str], cases: int) -> str:
     """Return what is wrong with the phases that were hit."""
-    writing = kinds["publishing"] + kinds["consolidating"]
-    flight = kinds["integrating"] + kinds["publishing"]
+    flight, writing = kinds["tile in flight"], kinds["publishing"] + kinds["consolidating"]
     if cases >= 200 and (flight < 0.6 * cases or writing < 0.1 * cases):
         return f"{flight} of {cases} kills hit a tile in flight, {writing} publishing or consolidating"
     return ""

@@ -55,5 +55,6 @@ class Probe:
     @property
     def kinds(self) -> tuple[str, ...]:
         """What the process was doing when it ended."""
-        doing = tuple(name for name in NAMES[1:] if self[name])
-        return doing or ("other",)
+        flight = ("tile in flight",) if self["integrating"] or self["publishing"] else ()
+        doing = tuple(name for name in ("publishing", "consolidating") if self[name])
+        return (*flight, *doing) or ("neither",)
