@@ -14,7 +14,7 @@ from quavsweep.codes import REGION, Status
 from quavsweep.config import Sweep, load_sweep
 from quavsweep.errors import DamageError, IdentityError
 from quavsweep.provenance import Identity, identify, subject
-from quavsweep.store import RunFolder, ShardSet, read_result
+from quavsweep.store import Failures, RunFolder, ShardSet, read_result
 
 LOOK_SECONDS = 0.15  # spent on reading shards of an unfinished run
 
@@ -105,6 +105,7 @@ class Lookout:
             finished = True
         if not finished:
             count = self._count(shards)
+            failed = self._failed(shards)
         return Overview(
             sweep=sweep,
             tiles=shards.tiles if shards else 0,
@@ -130,6 +131,13 @@ class Lookout:
             else self.folder.present_identity(identify(sweep))
         )
         return ShardSet.scan(self.folder, sweep, identity)
+
+    def _failed(self, shards: ShardSet | None) -> int:
+        """Return the cells of tiles that raised."""
+        if shards is None:
+            return 0
+        failures = Failures.scan(self.folder, shards.identity, shards.tile_cells)
+        return sum(len(shards.tile(index)) for index in failures.traces)
 
     def _count(self, shards: ShardSet | None) -> np.ndarray:
         """Return the cells per region in the shards, as far as they can be read in a short time."""

@@ -39,7 +39,7 @@ def test_run_status_plot_verify(config: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     out = tmp_path / "results" / "small"
     assert {path.name for path in out.iterdir()} == {
-        *("config.yaml", "lock", "map.png", "result.h5", "run.json", "shards")
+        *("config.yaml", "lock", "log.jsonl", "map.png", "result.h5", "run.json", "shards")
     }
     rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
     lines = {line.split()[0]: line.strip() for line in done.stdout.splitlines()}

@@ -16,14 +16,12 @@ import numpy as np
 import pytest
 
 import quavsweep.work
-from quavsweep.codes import Region, Status
+from quavsweep.codes import Region
 from quavsweep.config import Sweep, parse_sweep
-from quavsweep.errors import DiskError, IdentityError, StoppedError, TilesFailedError
+from quavsweep.errors import DiskError, IdentityError, StoppedError
 from quavsweep.executor import Threads
 from quavsweep.grid import Tile
-from quavsweep.integrate import integrate_tile
-from quavsweep.measures import Evidence
-from quavsweep.plan import Plan, make_plan
+from quavsweep.plan import make_plan
 from quavsweep.result import open_result
 from quavsweep.store import RunFolder
 from quavsweep.sweep import Progress, run_sweep
@@ -168,24 +166,6 @@ def test_the_name_and_the_order_of_keys_change_nothing(tmp_path: Path) -> None:
     first = run_sweep(parse_sweep(YAW), tmp_path / "a")
     swapped = YAW.replace("p: 0.001, q: 0.001, r: 0.001", "r: 0.001, q: 0.001, p: 0.001").replace("small", "other")
     assert _sha256(run_sweep(parse_sweep(swapped), tmp_path / "b")) == _sha256(first)
-
-
-def test_a_tile_that_raises_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def sometimes(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evidence:
-        if tile.index == 2:
-            raise ValueError("something odd")
-        return integrate_tile(plan, tile, stopped)
-
-    sweep = parse_sweep(THUMBNAIL)
-    with monkeypatch.context() as patch:
-        patch.setattr(quavsweep.work, "integrate_tile", sometimes)
-        with pytest.raises(TilesFailedError, match="1 of 13 tiles raised, the first with ValueError: something odd"):
-            run_sweep(sweep, tmp_path, tile_cells=32)
-    status = open_result(tmp_path)["status"].ravel()
-    assert (status[64:96] == Status.FAILED).all()
-    assert not (status[np.r_[:64, 96:403]] == Status.FAILED).any()
-    run_sweep(sweep, tmp_path)
-    assert not (open_result(tmp_path)["status"] == Status.FAILED).any()
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,7 @@ def _shown(overview: Overview, as_json: bool) -> str:
         shares = (f"{name} {100 * n / overview.looked_at:.1f} %" for name, n in overview.regions.items())
         rows.append(("regions", ", ".join(shares) + partial))
     if overview.failed:
-        rows.append(("failed", f"{overview.failed:,} cells, in tiles that raised"))
+        rows.append(("failed", f"{overview.failed:,} cells, in tiles that raised; failed/ says why"))
     rows.append(("run", overview.holder or ("complete" if overview.complete else "nobody is running it")))
     rows.append(("result", overview.result or "not written yet"))
     return table(rows)

@@ -52,6 +52,8 @@ no_plot_option = click.option("--no-plot", is_flag=True, help="Do not draw map.p
 @max_time_option
 @no_plot_option
 @click.option("--accept-toolchain", is_flag=True, help="Start anew where other library versions left evidence.")
+@click.option("--retry-failed", is_flag=True, help="Try tiles again that raised in an earlier run.")
+@click.option("--fail-fast", is_flag=True, help="Stop at the first tile that raises (exit 3).")
 @click.option("--no-lock", is_flag=True, help="For file systems without locks: do not guard against a second run.")
 def run(
     config: Path,
@@ -68,6 +70,8 @@ def run(
     max_time: float | None,
     no_plot: bool,
     accept_toolchain: bool,
+    retry_failed: bool,
+    fail_fast: bool,
     no_lock: bool,
 ) -> None:
     """Run the sweep of a CONFIG file, or what is missing of it.
@@ -107,8 +111,12 @@ def run(
                 stop=stop,
                 accept_toolchain=accept_toolchain,
                 exclusive=not no_lock,
+                retry_failed=retry_failed,
+                fail_fast=fail_fast,
             )
         except TilesFailedError as error:
+            if fail_fast:
+                raise
             failure = error
     accuracy = _accuracy(sweep, shown.step_error)
     _finish(out or sweep.folder, sweep.name, time.monotonic() - begin, shown.cells_run, not no_plot, accuracy)

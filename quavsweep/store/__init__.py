@@ -4,7 +4,9 @@
 """
 
 from quavsweep.store.admission import check_folder
+from quavsweep.store.failure import Failures
 from quavsweep.store.folder import RunFolder
+from quavsweep.store.journal import Journal
 from quavsweep.store.netcdf import block_cells, write_copy
 from quavsweep.store.publish import looks_published, publish_bytes
 from quavsweep.store.sealed_file import check_result, read_result
@@ -13,6 +15,8 @@ from quavsweep.store.shard_set import ShardSet
 from quavsweep.store.stored import Part, Stored, Variables
 
 __all__ = [
+    "Failures",
+    "Journal",
     "Part",
     "RunFolder",
     "Shard",

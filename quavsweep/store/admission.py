@@ -31,7 +31,8 @@ def check_folder(
     _check_config(folder, sweep, longer)
     if accept_toolchain and any(evidence == identity.evidence for evidence, _ in present):
         return
-    known = folder.read_record()
+    starts = folder.read_starts()
+    known = starts[-1] if starts else {}
     differences = changed_keys(known.get("evidence", {}), evidence_parts(sweep))
     differences += changed_keys(known.get("toolchain", {}), toolchain())
     raise IdentityError(

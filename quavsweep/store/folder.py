@@ -56,13 +56,18 @@ class RunFolder:
 
     @property
     def record(self) -> Path:
-        """Versions, machine and times."""
+        """Versions, machine and times of each start."""
         return self.path / "run.json"
 
     @property
     def result(self) -> Path:
         """The result."""
         return self.path / "result.h5"
+
+    @property
+    def failed(self) -> Path:
+        """The folder of the tracebacks of tiles that raised."""
+        return self.path / "failed"
 
     @property
     def free_bytes(self) -> int:
@@ -169,13 +174,13 @@ class RunFolder:
         if text is not None:
             publish_bytes(self.path / "model.py", text.encode())
 
-    def write_record(self, record: dict[str, Any]) -> None:
-        """Publish the record of the run."""
-        publish_bytes(self.record, (json.dumps(record, indent=2) + "\n").encode())
+    def write_starts(self, starts: list[Any]) -> None:
+        """Publish the record of all starts of the run."""
+        publish_bytes(self.record, (json.dumps({"starts": starts}, indent=1) + "\n").encode())
 
-    def read_record(self) -> dict[str, Any]:
-        """Return the record of the last run, empty if there is none that can be read."""
-        with contextlib.suppress(OSError, ValueError):
-            data = json.loads(self.record.read_text())
-            return data if isinstance(data, dict) else {}
-        return {}
+    def read_starts(self) -> list[Any]:
+        """Return the records of all starts, the last one last; empty if there are none that can be read."""
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            starts = json.loads(self.record.read_text()).get("starts")
+            return [start for start in starts if isinstance(start, dict)] if isinstance(starts, list) else []
+        return []

@@ -54,7 +54,7 @@ def _history(arena: Arena, subject: Subject) -> Iterator[Case]:
         pending: Case | None = None
         while True:
             victim = arena.start(subject, place, ("--workers", str(WORKERS)))
-            victim.process.join(arena.rng.uniform(0.1, whole.seconds * (1.2 - 0.4 * len(before) / whole.begun)))
+            victim.process.join(arena.rng.uniform(0.1, whole.seconds * (1.1 - 0.1 * len(before) / whole.begun)))
             if victim.code is not None:
                 break
             kill(victim)

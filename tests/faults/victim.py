@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import quavsweep.conductor
 import quavsweep.overview
 import quavsweep.plot
 import quavsweep.result
@@ -66,14 +67,14 @@ def attend(subject: Subject, arguments: Sequence[str], folder: Path, seed: int, 
 
 def _arrange(subject: Subject, probe: Probe, seed: int) -> None:
     """Put tiles in a random order, and tell what is going on."""
-    sweep, work, shard_set = quavsweep.sweep, quavsweep.work, quavsweep.store.shard_set
-    sweep.choose_tile_cells = lambda plan: subject.tile_cells
+    conductor, work, shard_set = quavsweep.conductor, quavsweep.work, quavsweep.store.shard_set
+    quavsweep.sweep.choose_tile_cells = lambda plan: subject.tile_cells
     rng = random.Random(seed)
-    sweep.spread = lambda tiles: rng.sample(found := list(tiles), len(found))
+    conductor.spread = lambda tiles: rng.sample(found := list(tiles), len(found))
     work.integrate_tile = probe.around("integrating", work.integrate_tile)
     work.continue_cells = probe.around("integrating", work.continue_cells)
     shard_set.write_shard = probe.around("publishing", shard_set.write_shard)
-    sweep.write_outcome = probe.around("consolidating", sweep.write_outcome)
+    conductor.write_outcome = probe.around("consolidating", conductor.write_outcome)
 
 
 if __name__ != "__main__":
