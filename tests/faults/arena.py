@@ -114,6 +114,11 @@ class Arena:
     _numbers: Iterator[int] = field(default_factory=itertools.count)
     _undisturbed: dict[str, Undisturbed] = field(default_factory=dict)
 
+    @property
+    def chosen(self) -> tuple[Subject, ...]:
+        """The sweeps under attack."""
+        return SUBJECTS
+
     def subjects(self) -> Iterator[Subject]:
         """Yield the sweeps under attack in turn, without end."""
         return itertools.cycle(SUBJECTS)

@@ -14,7 +14,7 @@ model: lorenz
 initial: {x: 1.0, y: 1.0, z: 20.0}
 axes:
   rho: {start: 0.5, stop: 620, num: 64}
-integrate: {method: rk4, dt: 0.02, transient: 10, duration: 30}
+integrate: {method: rk4, dt: 0.02, transient: 10, duration: 50}
 measures: {lyapunov: {exponents: 3, block: 5}}
 effort: {max_duration: 120}
 """
@@ -25,7 +25,7 @@ initial: {z: 20.0}
 axes:
   rho: {values: [0.5, 14, 20, 22.5, 28, 60, 100.5, 160, 350, 900]}
   ensemble: {num: 8, seed: 1, box: {x: [-10, 10], y: [-10, 10]}}
-integrate: {method: rk4, dt: 0.02, transient: 10, duration: 30}
+integrate: {method: rk4, dt: 0.02, transient: 10, duration: 50}
 measures: {lyapunov: {exponents: 3, block: 5}}
 """
 TILE_CELLS = 5

@@ -9,7 +9,9 @@ import os
 import random
 import signal
 import sys
+import tempfile
 from collections.abc import Sequence
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 
 import quavsweep.conductor
@@ -22,18 +24,19 @@ import quavsweep.sweep
 import quavsweep.verify
 import quavsweep.work
 from quavsweep.cli import main
-from quavsweep.kernels.compiler import default_lanes
-from quavsweep.plan import make_plan
-from quavsweep.provenance import identify
 from tests.faults.probe import Probe
 from tests.faults.subject import SUBJECTS, Subject
 
 
 def warm() -> None:
-    """Load the kernels and whatever else a run reads once."""
-    for subject in SUBJECTS:
-        make_plan(subject.sweep, default_lanes())
-        identify(subject.sweep)
+    """Run the sweeps once, so that what is forked from here has read, imported and compiled everything."""
+    with tempfile.TemporaryDirectory() as folder, open(os.devnull, "w") as nowhere:
+        for subject in SUBJECTS:
+            config = Path(folder) / f"{subject.name}.yaml"
+            config.write_text(subject.text)
+            sys.argv = ["quavsweep", "run", str(config), "--out", f"{folder}/{subject.name}", "--no-plot"]
+            with redirect_stdout(nowhere), redirect_stderr(nowhere), suppress(SystemExit):
+                main()
 
 
 def attend(subject: Subject, arguments: Sequence[str], folder: Path, seed: int, gated: bool) -> None:
