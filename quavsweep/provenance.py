@@ -237,18 +237,20 @@ def identify(sweep: Sweep) -> Identity:
     return Identity(evidence, tools, end, digest(rules), subject(sweep))
 
 
+def differing(old: dict[str, Any], new: dict[str, Any]) -> dict[str, tuple[Any, Any]]:
+    """Return both values of each dotted key whose value differs, None for one that is not there."""
+    before, after = flatten(old), flatten(new)
+    pairs = {key: (before.get(key), after.get(key)) for key in sorted({*before, *after})}
+    return {key: (one, other) for key, (one, other) in pairs.items() if one != other}
+
+
 def changed_keys(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
     """Return a sentence for each dotted key whose value differs."""
-    before, after = flatten(old), flatten(new)
-    keys = sorted({*before, *after})
-    return [
-        f"{key}: {_shown(before.get(key))} there, {_shown(after.get(key))} here"
-        for key in keys
-        if before.get(key) != after.get(key)
-    ]
+    return [f"{key}: {shown(there)} there, {shown(here)} here" for key, (there, here) in differing(old, new).items()]
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
+    """Return a value of a config in so many letters that a line holds several."""
     text = "nothing" if value is None else str(value)
     return text if len(text) <= 40 else f"{text[:37]}..."
 
