@@ -73,7 +73,7 @@ class Sweep:
         """
         if not self.keeps_evidence:
             held = "this run has evidence: summary, so its shards hold only what goes into the result"
-            raise ConfigError(f"{what} needs evidence: full", where, held)
+            raise ConfigError(f"{what} needs evidence: full; {held}", where, "another run with evidence: full can")
 
     @property
     def start_axes(self) -> tuple[str, ...]:
