@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from quavsweep.analysis.equilibrium_search import Equilibria, find_equilibria
     from quavsweep.cli.progress import show_progress
     from quavsweep.config import Sweep, load_sweep, parse_sweep
+    from quavsweep.difference import Difference, compare_results
     from quavsweep.margin import Margin, find_margin
     from quavsweep.plot import draw, draw_point, make_figure, make_point_figure
     from quavsweep.point import Point, compute_point
@@ -20,11 +21,13 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "Bifurcation": "quavsweep.analysis.bifurcation",
+    "Difference": "quavsweep.difference",
     "Equilibria": "quavsweep.analysis.equilibrium_search",
     "Point": "quavsweep.point",
     "Result": "quavsweep.result",
     "Sweep": "quavsweep.config",
     "bifurcation_curve": "quavsweep.analysis.bifurcation_curve",
+    "compare_results": "quavsweep.difference",
     "compute_point": "quavsweep.point",
     "Margin": "quavsweep.margin",
     "draw": "quavsweep.plot",
@@ -45,6 +48,7 @@ _HOMES = {
 
 __all__ = [
     "Bifurcation",
+    "Difference",
     "Equilibria",
     "Margin",
     "Point",
@@ -52,6 +56,7 @@ __all__ = [
     "Sweep",
     "__version__",
     "bifurcation_curve",
+    "compare_results",
     "compute_point",
     "draw",
     "draw_point",

@@ -10,6 +10,8 @@ from typing import IO
 
 import numpy as np
 
+from quavsweep.codes import REGION
+from quavsweep.difference import Common
 from quavsweep.errors import ConfigError
 from quavsweep.nearest import nearest
 from quavsweep.result import Result
@@ -41,6 +43,28 @@ def write_csv(result: Result, names: Sequence[str], stream: IO[str]) -> None:
         rows = (stop - start) * len(labels)
         columns = [_texts(column) for name in names for column in _columns(result, name, block, rows)]
         table.writerows(zip(*axes, *columns, strict=True))
+
+
+def write_changes(common: Common, stream: IO[str]) -> None:
+    """Write the cells that changed region as a table: axes, and region and exponents of both results.
+
+    Cells that are not computed in one of them are left out. Codes and numbers are written as by `write_csv`.
+    """
+    table, pair, region = csv.writer(stream, lineterminator="\n"), (common.a, common.b), "region"
+    exponents = [result["exponent"] if "lyapunov" in result else () for result in pair]
+    rates = [f"lyapunov_{k}_{side}" for own, side in zip(exponents, "ab", strict=True) for k in own]
+    table.writerow([*common.grid.coordinates(0, 1), "region_a", "region_b", *rates])
+    names = np.array([code.name for code in REGION])
+    for box in common.boxes():
+        codes = common.read(region, box)
+        changed = np.flatnonzero((codes[0] != codes[1]) & (codes[0] > 0) & (codes[1] > 0))
+        columns = [
+            *common.grid.coordinates_of(common.cells(box)[changed]).values(),
+            *(names[c[changed]] for c in codes),
+        ]
+        for side, own in enumerate(exponents):
+            columns += [*common.read_one(side, "lyapunov", box)[changed].T] if len(own) else []
+        table.writerows(zip(*(_texts(column) for column in columns), strict=True))
 
 
 def write_netcdf(result: Result, names: Sequence[str], path: Path) -> None:

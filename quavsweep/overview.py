@@ -143,7 +143,7 @@ class Lookout:
         """Return the cells per region in the shards, as far as they can be read in a short time."""
         if shards is None:
             return np.zeros(len(REGION), dtype=int)
-        from quavsweep.classify import regions  # what a finished run need not load
+        from quavsweep.content import region_counts  # what a finished run need not load
         from quavsweep.tiling import spread
 
         deadline = time.monotonic() + LOOK_SECONDS
@@ -151,8 +151,7 @@ class Lookout:
             index, shard = tile.index, shards.shards[tile.index]
             if shard.sha256 not in self._counts:
                 with contextlib.suppress(DamageError, IdentityError):
-                    region = regions(shards.sweep, shards.read(index, {}))
-                    self._counts[shard.sha256] = np.bincount(region, minlength=len(REGION))
+                    self._counts[shard.sha256] = region_counts(shards.sweep, shards.read(index, {}))
             if time.monotonic() > deadline:
                 break
         return sum(self._counts.values(), start=np.zeros(len(REGION), dtype=int))

@@ -64,12 +64,10 @@ DENSE_MODULES = (
     "quavsweep.analysis.statistics",
 )
 _NUMBA_SETTINGS = ("NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
-RESULT_MODULES = (
-    "quavsweep.analysis.attractor",
+CLASSIFY_MODULES = (
     "quavsweep.analysis.birkhoff",
     "quavsweep.analysis.change_point",
     "quavsweep.analysis.exact",
-    "quavsweep.analysis.lifetime",
     "quavsweep.analysis.standard_error",
     "quavsweep.classify",
     "quavsweep.classify.chaotic_phase",
@@ -80,12 +78,18 @@ RESULT_MODULES = (
     "quavsweep.classify.variable",
     "quavsweep.classify.window",
     "quavsweep.codes",
+    "quavsweep.content",
+)
+RESULT_MODULES = (
+    *CLASSIFY_MODULES,
+    "quavsweep.analysis.attractor",
+    "quavsweep.analysis.lifetime",
     "quavsweep.passes",
     "quavsweep.reduction",
     "quavsweep.store.netcdf",
     "quavsweep.store.outcome",
 )
-_NO_EVIDENCE = ("classify", "integrate.duration", "effort")  # keys that change no integrated number
+_NO_EVIDENCE = ("classify", "integrate.duration", "effort", "evidence")  # keys that change no integrated number
 
 
 def digest(data: Any) -> str:
@@ -102,11 +106,16 @@ def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def evidence_parts(sweep: Sweep) -> dict[str, Any]:
-    """Return all that changes an integrated number, by name: config, equations, kernel, tile loop."""
+    """Return all that changes what is in shards, by name: config, equations, kernel, tile loop.
+
+    Where no evidence is kept, that is what the classification makes of it, so thresholds, their code and the end count.
+    """
     program = make_program(sweep.model)
     layout = choose_layout(program, sweep.method, sweep.measures.vectors, FEWEST_LANES, sweep.measures.trace)
-    modules = (*HASHED_MODULES, *(DENSE_MODULES if sweep.dense else ()))
-    kept = {k: v for k, v in flatten(sweep.settings()).items() if not k.startswith(_NO_EVIDENCE)}
+    told = () if sweep.keeps_evidence else CLASSIFY_MODULES
+    modules = (*HASHED_MODULES, *(DENSE_MODULES if sweep.dense else ()), *told)
+    free = _NO_EVIDENCE if sweep.keeps_evidence else ()
+    kept = {k: v for k, v in flatten(sweep.settings()).items() if not k.startswith(free)}
     axes = _axes(sweep)
     return {
         **{f"config.{key}": value for key, value in kept.items()},
@@ -156,7 +165,8 @@ def subject(sweep: Sweep) -> str:
     times = [clock.dt, clock.block, clock.batch_blocks, clock.segment_batches, clock.transient_segments]
     times += [clock.period_steps] if clock.period_steps else []
     fixed = [sorted(sweep.parameters.items()), sorted(sweep.config.initial.items())]
-    return digest([sweep.model.name, list(_axes(sweep).items()), fixed, times])
+    rules = [] if sweep.keeps_evidence else [sweep.config.classify.model_dump()]
+    return digest([sweep.model.name, list(_axes(sweep).items()), fixed, times, *rules])
 
 
 @cache
@@ -189,7 +199,7 @@ class Identity:
     Parameters
     ----------
     evidence : str
-        Of everything that changes an integrated number.
+        Of everything that changes an integrated number; without evidence, of the thresholds and their code too.
     toolchain : str
         Of everything else that changes its bits.
     end : str
@@ -227,18 +237,20 @@ def identify(sweep: Sweep) -> Identity:
     return Identity(evidence, tools, end, digest(rules), subject(sweep))
 
 
+def differing(old: dict[str, Any], new: dict[str, Any]) -> dict[str, tuple[Any, Any]]:
+    """Return both values of each dotted key whose value differs, None for one that is not there."""
+    before, after = flatten(old), flatten(new)
+    pairs = {key: (before.get(key), after.get(key)) for key in sorted({*before, *after})}
+    return {key: (one, other) for key, (one, other) in pairs.items() if one != other}
+
+
 def changed_keys(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
     """Return a sentence for each dotted key whose value differs."""
-    before, after = flatten(old), flatten(new)
-    keys = sorted({*before, *after})
-    return [
-        f"{key}: {_shown(before.get(key))} there, {_shown(after.get(key))} here"
-        for key in keys
-        if before.get(key) != after.get(key)
-    ]
+    return [f"{key}: {shown(there)} there, {shown(here)} here" for key, (there, here) in differing(old, new).items()]
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
+    """Return a value of a config in so many letters that a line holds several."""
     text = "nothing" if value is None else str(value)
     return text if len(text) <= 40 else f"{text[:37]}..."
 

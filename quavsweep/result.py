@@ -188,6 +188,8 @@ def open_result(path: Path | str, horizon: float | None = None) -> Result:
         return _from_file(folder.result)
     folder.must_exist()
     sweep = load_sweep(folder.config)
+    if horizon is not None:
+        sweep.require_evidence("a horizon", str(path))
     identity = folder.present_identity(identify(sweep))
     shards = ShardSet.scan(folder, sweep, identity)
     if horizon is None:

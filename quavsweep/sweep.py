@@ -142,6 +142,7 @@ def extend_sweep(
     folder = RunFolder(Path(path))
     folder.must_exist()
     present = load_sweep(folder.config)
+    present.require_evidence("extend", str(folder.path))
     changes = [f"integrate.duration={float(duration)!r}"]
     if present.config.effort is not None and present.config.effort.max_duration < duration:
         changes.append(f"effort.max_duration={float(duration)!r}")
@@ -177,8 +178,9 @@ def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
     folder = RunFolder(Path(path))
     folder.must_exist()
     with folder.lock():
-        before, sweep = load_sweep(folder.config).settings(), load_sweep(folder.config, changes)
-        if any(sweep.settings()[key] != value for key, value in before.items() if key != "classify"):
+        before, sweep = load_sweep(folder.config), load_sweep(folder.config, changes)
+        before.require_evidence("classify", str(folder.path))
+        if any(sweep.settings()[key] != value for key, value in before.settings().items() if key != "classify"):
             raise ConfigError(
                 "only thresholds can change here", possible="--set classify.KEY=VALUE; the rest needs run"
             )

@@ -9,6 +9,7 @@ import numpy as np
 
 from quavsweep.classify import result_variables
 from quavsweep.config import Sweep
+from quavsweep.content import content_bytes
 from quavsweep.grid import Tile
 from quavsweep.kernels.layout import FEWEST_LANES
 from quavsweep.plan import Plan
@@ -37,7 +38,7 @@ def bytes_needed(sweep: Sweep, cells: int) -> tuple[int, int]:
     """Return the size of the shards of so many cells, and that of the result of all, before it is compressed."""
     variables, extents = result_variables(sweep), sweep.extents
     result = sum(np.dtype(v.dtype).itemsize * math.prod(v.shape(sweep.grid.size, extents)) for v in variables)
-    return cells * sweep.cell_bytes, result
+    return cells * content_bytes(sweep), result
 
 
 def spread(tiles: Iterable[Tile]) -> list[Tile]:

@@ -14,6 +14,7 @@ import numpy as np
 from quavsweep.classify import classify, regions
 from quavsweep.codes import REGION
 from quavsweep.config import dump_config, parse_sweep
+from quavsweep.content import region_counts
 from quavsweep.errors import DamageError, RefusedError
 from quavsweep.grid import Tile
 from quavsweep.integrate import continue_cells, integrate_tile
@@ -80,21 +81,26 @@ class Worker:
         DiskError
             If a shard cannot be written.
         """
-        evidence, begun, published = self._evidence(tile, stopped)
-        sweep = self.plan.sweep
-        count = np.bincount(regions(sweep, evidence), minlength=len(REGION))
+        found, sweep = self._found(tile), self.plan.sweep
+        if found is not None and not sweep.keeps_evidence:
+            return Done([], 0, region_counts(sweep, found), None)
+        evidence, begun, published = self._evidence(tile, found, stopped)
         steps = int(evidence["steps"].sum()) - begun
+        count = np.bincount(regions(sweep, evidence), minlength=len(REGION))
         return Done(published, steps, count, self._step_error(tile, evidence, steps, stopped))
 
-    def _evidence(self, tile: Tile, stopped: Stopped) -> tuple[Evidence, int, list[Shard]]:
+    def _found(self, tile: Tile) -> dict[str, np.ndarray] | None:
+        """Return the content of the tile's shard, None without a good one."""
+        try:
+            return self.shards.read(tile.index, {}) if tile.index in self.shards.shards else None
+        except DamageError:
+            return None  # a later look at all shards sets it aside
+
+    def _evidence(self, tile: Tile, evidence: Evidence | None, stopped: Stopped) -> tuple[Evidence, int, list[Shard]]:
         """Return evidence with all passes of the effort, how many steps of it were there, and new shards."""
         plan, shards = self.plan, self.shards
         published: list[Shard] = []
         begun = 0
-        try:
-            evidence = shards.read(tile.index, {}) if tile.index in shards.shards else None
-        except DamageError:
-            evidence = None  # a later look at all shards sets it aside
         if evidence is not None:
             begun = int(evidence["steps"].sum())
         else:

@@ -8,6 +8,7 @@ from typing import NoReturn
 
 import click
 
+from quavsweep.cli.diff import diff
 from quavsweep.cli.draw import plot, point
 from quavsweep.cli.look import export, status, verify
 from quavsweep.cli.margin import margin
@@ -57,7 +58,7 @@ def cli(context: click.Context, traceback: bool) -> None:
         say(context.get_help())
 
 
-for verb in (init, run, extend, status, plot, point, classify, verify, export, margin, schema, paper):
+for verb in (init, run, extend, status, plot, point, classify, verify, diff, export, margin, schema, paper):
     cli.add_command(verb)
 
 

@@ -168,6 +168,10 @@ class Config(BaseModel):
     measures: Measures = Field(default_factory=Measures, description="what is recorded")
     stop_early: bool = Field(default=True, description="end a cell once its end is certified")
     effort: Effort | None = Field(default=None, description="more time for cells whose end is not known")
+    evidence: Literal["full", "summary"] = Field(
+        default="full",
+        description="what shards hold of a cell: all that is recorded, or only what goes into the result",
+    )
     classify: Thresholds = Field(default_factory=Thresholds, description="thresholds of the classification")
     plot: list[str] = Field(default_factory=list, description="what the figure of a run shows, as plot --variable")
 

@@ -59,6 +59,23 @@ class Sweep:
         return self.measures.dense or self.model.limited
 
     @property
+    def keeps_evidence(self) -> bool:
+        """Whether shards hold the evidence of cells; if not, only what the classification makes of it."""
+        return self.config.evidence == "full"
+
+    def require_evidence(self, what: str, where: str = "") -> None:
+        """Refuse what cannot be done without the evidence of cells.
+
+        Raises
+        ------
+        ConfigError
+            If shards do not hold it.
+        """
+        if not self.keeps_evidence:
+            held = "this run has evidence: summary, so its shards hold only what goes into the result"
+            raise ConfigError(f"{what} needs evidence: full; {held}", where, "another run with evidence: full can")
+
+    @property
     def start_axes(self) -> tuple[str, ...]:
         """The axes along which initial states vary; the others are over parameters."""
         states = set(self.model.state_names)

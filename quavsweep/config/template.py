@@ -52,6 +52,10 @@ stop_early: true
 # Cells whose end is not known then go on, each pass twice as long; of: [undecided, chaos] takes chaos on as well.
 # effort: {{max_duration: {longest:g}}}
 
+# What is stored of each cell beside the result: full, or summary for 10^8 cells and more. It takes a fraction of the
+# disk, but then thresholds are fixed, and classify, extend, effort and --horizon are not possible.
+# evidence: summary
+
 # Thresholds; changing them needs no new integration (quavsweep classify).
 classify:
   errors: 3  # an exponent is neutral within so many standard errors

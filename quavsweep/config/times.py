@@ -99,15 +99,18 @@ def _check_clock(clock: Clock, config: Config, place: Place) -> None:
 
 
 def check_effort(config: Config, clock: Clock, place: Place) -> None:
-    """Refuse an effort that is less than the run itself, or more than can be stored.
+    """Refuse an effort that is less than the run itself, or more than can be stored, or without checkpoints.
 
     Raises
     ------
     ConfigError
-        For its `max_duration`.
+        For it, or for its `max_duration`.
     """
     if config.effort is None:
         return
+    if config.evidence != "full":
+        what = f"needs evidence: full, but {place.other(('evidence',), ('effort',))} is {config.evidence}"
+        raise place.error(("effort",), what, "cells go on from checkpoints, which only full evidence has")
     most, segment = config.effort.max_duration, clock.segment_steps * clock.dt
     if most < clock.duration * (1 - 1e-9):
         what = f"{most:g} is shorter than {place.other(DURATION, MAX_DURATION)}"

@@ -64,13 +64,19 @@ def _check_config(folder: RunFolder, sweep: Sweep, longer: bool) -> None:
         raise IdentityError(
             f"its config cannot be read ({error})", str(folder.path), "delete that file to have it rebuilt"
         ) from error
-    free = ("classify", "effort", *(["integrate.duration"] if longer else []))
+    free = ("classify", "effort", *(["integrate.duration"] if longer else [])) if sweep.keeps_evidence else ()
     kept = [
         {k: v for k, v in flatten(settings).items() if not k.startswith(free)}
         for settings in (stored, sweep.settings())
     ]
     differences = changed_keys(*kept)
     if differences:
+        fixed = any(difference.startswith("classify.") for difference in differences)
+        why = (
+            "; with evidence: summary its shards hold what these thresholds gave, so they cannot change"
+            if fixed
+            else ""
+        )
         raise IdentityError(
-            "holds a different sweep", str(folder.path), f"{_listed(differences)}; choose another --out"
+            "holds a different sweep", str(folder.path), f"{_listed(differences)}{why}; choose another --out"
         )

@@ -150,7 +150,9 @@ def _classified(
 
 
 def _told(sweep: Sweep, evidence: Evidence) -> dict[str, np.ndarray]:
-    """Return what is known of the cells of some evidence."""
+    """Return what is known of the cells of some evidence, or of what shards hold instead."""
+    if not sweep.keeps_evidence:
+        return evidence
     passed = {variable.name: evidence[variable.name] for variable in passed_variables(sweep)}
     return {**passed, **classify(sweep, evidence)}
 

@@ -3,6 +3,8 @@
 A stage leads from one step to another. Its shards hold all evidence from t = 0 on, so the last one is all that a
 reader needs; that of the stage before is where the next begins. A stage that only some cells of a tile go through
 carries a digest of their list in its shard's name.
+
+Where a sweep keeps no evidence, a shard holds what the classification made of it, see `quavsweep.content`.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ import numpy as np
 
 from quavsweep.codes import Status
 from quavsweep.config import Sweep
+from quavsweep.content import content_of, content_variables
 from quavsweep.errors import DamageError
 from quavsweep.grid import Tile
 from quavsweep.measures import Evidence
@@ -111,10 +112,11 @@ class ShardSet:
         DiskError
             If it cannot be written.
         """
-        cells, variables = evidence["cell"], self.sweep.measures.evidence
+        cells, variables = evidence["cell"], content_variables(self.sweep)
         listed = "" if end == self.end else digest_of(cells)
         folder = self.folder / f"{begin}-{end}"
-        return write_shard(folder, tile, self.tile_cells, variables, evidence, self.identity, listed)
+        content = content_of(self.sweep, evidence)
+        return write_shard(folder, tile, self.tile_cells, variables, content, self.identity, listed)
 
     def begin(self, index: int) -> tuple[int, Evidence | None]:
         """Return the step from which a tile can go on, and its evidence there; 0 and None if it begins anew."""
@@ -128,7 +130,7 @@ class ShardSet:
             return 0, None
 
     def read(self, index: int, failed: Mapping[int, str]) -> Evidence:
-        """Return a tile's evidence at the end of the sweep; without shard its status is not_computed or failed.
+        """Return a tile's content at the end of the sweep; without shard its status is not_computed or failed.
 
         Raises
         ------
@@ -141,7 +143,7 @@ class ShardSet:
         evidence = {v.name: v.empty(len(tile), self.sweep.extents) for v in variables}
         evidence["cell"][:] = np.arange(tile.start, tile.stop)
         evidence["status"][:] = Status.FAILED if index in failed else Status.NOT_COMPUTED
-        return evidence
+        return content_of(self.sweep, evidence)
 
     def read_pass(self, index: int, end: int, cells: np.ndarray) -> Evidence | None:
         """Return the evidence of some cells of a tile that went on to a later end, None if they have not.
@@ -156,7 +158,7 @@ class ShardSet:
 
     def _read(self, shard: Shard) -> Evidence:
         sweep = self.sweep.until(shard.end)
-        return read_shard(shard, self.tile(shard.tile), sweep.measures.evidence, sweep.extents, self.identity)
+        return read_shard(shard, self.tile(shard.tile), content_variables(sweep), sweep.extents, self.identity)
 
     def __iter__(self) -> Iterator[Shard]:
         """Yield every shard."""
