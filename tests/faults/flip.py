@@ -158,7 +158,7 @@ def _open(run: Path, whole: Undisturbed) -> str:
 def _alike(one: np.ndarray, other: np.ndarray, cells: tuple[int, ...]) -> np.ndarray:
     """Whether cells have the same values, NaN or not."""
     equal = (one == other) | (np.isnan(one) & np.isnan(other))
-    return equal.reshape(*cells, -1).all(axis=-1)
+    return np.asarray(equal.reshape(*cells, -1).all(axis=-1))
 
 
 def _verify(run: Path, whole: Undisturbed) -> str:

@@ -70,14 +70,16 @@ def attend(subject: Subject, arguments: Sequence[str], folder: Path, seed: int, 
 
 def _arrange(subject: Subject, probe: Probe, seed: int) -> None:
     """Put tiles in a random order, and tell what is going on."""
-    conductor, work, shard_set = quavsweep.conductor, quavsweep.work, quavsweep.store.shard_set
-    quavsweep.sweep.choose_tile_cells = lambda plan: subject.tile_cells
     rng = random.Random(seed)
-    conductor.spread = lambda tiles: rng.sample(found := list(tiles), len(found))
-    work.integrate_tile = probe.around("integrating", work.integrate_tile)
-    work.continue_cells = probe.around("integrating", work.continue_cells)
-    shard_set.write_shard = probe.around("publishing", shard_set.write_shard)
-    conductor.write_outcome = probe.around("consolidating", conductor.write_outcome)
+    vars(quavsweep.sweep).update(choose_tile_cells=lambda plan: subject.tile_cells)
+    vars(quavsweep.conductor).update(spread=lambda tiles: rng.sample(found := list(tiles), len(found)))
+    for module, function, name in (
+        (quavsweep.work, "integrate_tile", "integrating"),
+        (quavsweep.work, "continue_cells", "integrating"),
+        (quavsweep.store.shard_set, "write_shard", "publishing"),
+        (quavsweep.conductor, "write_outcome", "consolidating"),
+    ):
+        vars(module)[function] = probe.around(name, vars(module)[function])
 
 
 if __name__ != "__main__":
