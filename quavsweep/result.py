@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,15 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from quavsweep.codes import Status
-from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
+from quavsweep.config import Sweep, load_sweep
 from quavsweep.config.schema import ENSEMBLE
 from quavsweep.errors import ConfigError, DamageError
 from quavsweep.grid import Axis, Grid
-from quavsweep.kernels.description import read_description
-from quavsweep.models import Model
 from quavsweep.provenance import identify
 from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, looks_published, read_result
-from quavsweep.store.outcome import DESCRIPTION, HORIZON, outcome_so_far
+from quavsweep.store.fit import sweep_of
+from quavsweep.store.outcome import HORIZON, outcome_so_far
 
 if TYPE_CHECKING:
     import xarray
@@ -198,20 +196,8 @@ def open_result(path: Path | str, horizon: float | None = None) -> Result:
 
 def _from_file(path: Path) -> Result:
     stored = read_result(path)
-    settings: dict[str, Any] = json.loads(stored.file_attributes["config"])
-    sweep = parse_sweep(dump_config({"name": "result", **settings}), str(path), model=_described(path, stored))
+    sweep = sweep_of(stored.file_attributes, path)
     return Result(replace(sweep, config=sweep.config.model_copy(update=_told(path))), stored)
-
-
-def _described(path: Path, stored: Stored) -> Model | None:
-    """Return the model that a file describes; None if it is one of the catalogue."""
-    text = stored.file_attributes.get(DESCRIPTION)
-    if text is None:
-        return None
-    try:
-        return read_description(str(text))
-    except ValueError as error:
-        raise DamageError(f"holds no description of a model ({error})", str(path), "run the sweep again") from error
 
 
 def _told(path: Path) -> dict[str, Any]:

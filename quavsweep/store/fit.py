@@ -1,0 +1,178 @@
+"""What a file from elsewhere says must be what a result of its own config has; only numbers are taken from it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from quavsweep.classify import result_variables
+from quavsweep.codes import Code
+from quavsweep.config import Sweep, dump_config, parse_sweep
+from quavsweep.config.document import MAX_BYTES
+from quavsweep.errors import DamageError, QuavsweepError
+from quavsweep.grid import Grid
+from quavsweep.kernels.description import read_description
+from quavsweep.measures import Variable
+from quavsweep.models import Model
+from quavsweep.reduction import ATTRACTOR, passed_variables, point_variables
+from quavsweep.store.foreign import ForeignFile
+from quavsweep.store.netcdf import DIGEST, Coordinate
+from quavsweep.store.outcome import DESCRIPTION, _attributes, _coordinates  # renaming them would rename all results
+from quavsweep.store.stored import Part, Stored, Variables
+
+AGAIN = "run the sweep again, or ask whoever sent it"
+LONGEST = 1000  # characters of a text
+_IDS = ("evidence_id", "toolchain_id", "result_id", DIGEST)
+_TEXTS = ("Conventions", "title", "source", "model")
+_ODD = (ArithmeticError, LookupError, ValueError, TypeError, AttributeError, AssertionError, RuntimeError, MemoryError)
+
+
+@contextlib.contextmanager
+def doubted(where: Path) -> Iterator[None]:
+    """Tell whatever goes wrong with what comes from elsewhere as damage, not as a mistake of this program."""
+    try:
+        yield
+    except QuavsweepError:
+        raise
+    except _ODD as error:
+        raise DamageError(f"makes no sense as a result ({type(error).__name__})", str(where), AGAIN) from error
+
+
+def sweep_of(attributes: Mapping[str, Any], where: Path) -> Sweep:
+    """Return the sweep whose result has these attributes; its name is `result`.
+
+    Raises
+    ------
+    ConfigError
+        If its config makes no sense.
+    DamageError
+        If there is none, or the description of its model cannot be read.
+    """
+    try:
+        text = attributes["config"]
+        settings = json.loads(text) if len(text) <= MAX_BYTES else None
+        if not isinstance(settings, dict):
+            raise ValueError("it is no mapping")
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
+        raise DamageError("holds no config", str(where), AGAIN) from error
+    with doubted(where):
+        return parse_sweep(dump_config({"name": "result", **settings}), str(where), model=_described(attributes, where))
+
+
+def _described(attributes: Mapping[str, Any], where: Path) -> Model | None:
+    """Return the model that a file describes; None if it is one of the catalogue."""
+    text = attributes.get(DESCRIPTION)
+    if text is None:
+        return None
+    try:
+        return read_description(str(text))
+    except ValueError as error:
+        raise DamageError(f"holds no description of a model ({error})", str(where), "run the sweep again") from error
+
+
+def fitted(foreign: ForeignFile, path: Path) -> Stored:
+    """Return the content of a file from elsewhere, whose shapes, types, coordinates and codes fit its config.
+
+    Meanings and units are this engine's own, and texts of the file that are not needed are left out.
+
+    Raises
+    ------
+    ConfigError, DamageError
+        If anything does not.
+    """
+    sweep = sweep_of(foreign.attributes, path)
+    with doubted(path):
+        attributes = _file_attributes(foreign.attributes)
+        cells, points = _variables(sweep)
+        coordinates = {coordinate.name: coordinate for coordinate in _coordinates(sweep)}
+        _check_names(foreign, sweep, {*cells, *points}, set(coordinates))
+        dims = {name: (c.dim or name,) for name, c in coordinates.items() if name in foreign.variables}
+        told: dict[str, Mapping[str, Any]] = {name: coordinates[name].attributes for name in dims}
+        for grid, variables in ((sweep.grid, cells), (sweep.points, points)):
+            for name, variable in variables.items():
+                if name in foreign.variables:
+                    dims[name] = _check_variable(foreign, grid, variable, coordinates)
+                    told[name] = _attributes(sweep, variable, of_points=grid is not sweep.grid)
+        for name in coordinates.keys() & dims.keys():
+            _check_coordinate(foreign, coordinates[name])
+        codes = {name: variable.codes for name, variable in {**cells, **points}.items() if variable.codes}
+        names = tuple(sorted(dims))
+        data = Variables(names, lambda name, part: _read(foreign, name, part, codes.get(name, ())))
+    return Stored(data, {n: dims[n] for n in names}, {n: dict(told[n]) for n in names}, attributes, foreign=True)
+
+
+def _variables(sweep: Sweep) -> tuple[dict[str, Variable], dict[str, Variable]]:
+    """Return what a result of the sweep may have of its cells and of its parameter points, by name."""
+    cells = (*result_variables(sweep), *passed_variables(sweep), *((ATTRACTOR,) if sweep.start_axes else ()))
+    return {v.name: v for v in cells}, {v.name: v for v in point_variables(sweep)}
+
+
+def _hold(condition: bool, otherwise: str) -> None:
+    if not condition:
+        raise ValueError(otherwise)
+
+
+def _check_names(foreign: ForeignFile, sweep: Sweep, variables: set[str], coordinates: set[str]) -> None:
+    present = set(foreign.variables)
+    _hold(present <= variables | coordinates, "a variable that no such result has")
+    needed = {"status", "region", *(name for axis in sweep.grid.axes for name in (axis.name, *axis.quantities))}
+    _hold(needed <= present, "a variable is missing")
+
+
+def _check_variable(
+    foreign: ForeignFile, grid: Grid, variable: Variable, coordinates: Mapping[str, Coordinate]
+) -> tuple[str, ...]:
+    """Return the dimensions of a variable whose shape and type fit."""
+    content = foreign.variables[variable.name]
+    shape = (*grid.shape, *(len(coordinates[dim].values) for dim in variable.dims))
+    _hold(content.shape == shape, "another shape")
+    _hold(bool(content.dtype) and np.dtype(content.dtype) == np.dtype(variable.dtype), "another type")
+    dims = (*(axis.name for axis in grid.axes), *variable.dims)
+    _hold(content.dims == dims and set(dims) <= set(foreign.variables), "other dimensions")
+    return dims
+
+
+def _check_coordinate(foreign: ForeignFile, coordinate: Coordinate) -> None:
+    """Refuse other values than those of the config."""
+    content, expected = foreign.variables[coordinate.name], coordinate.values
+    _hold(content.shape == expected.shape and bool(content.dtype) == (expected.dtype.kind != "O"), "another coordinate")
+    values = foreign.read(coordinate.name)
+    same = np.allclose(values, expected, rtol=1e-9, atol=0) if content.dtype else list(values) == list(expected)
+    _hold(same, "another coordinate")
+
+
+def _read(foreign: ForeignFile, name: str, part: Part, codes: tuple[Code, ...]) -> np.ndarray:
+    """Return a part of a variable; a code that does not exist is damage."""
+    values = foreign.read(name, part)
+    if codes and not np.isin(values, [code.number for code in codes]).all():
+        raise DamageError(f"holds a {name} that does not exist", foreign.where, AGAIN)
+    return values
+
+
+def _file_attributes(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those attributes of a file that a reader needs, after a check that they can be printed."""
+    kept = {key: given[key] for key in (*_IDS, *_TEXTS, "config", DESCRIPTION) if key in given}
+    _hold(set(_IDS) <= set(kept), "an identity is missing")
+    for key, value in kept.items():
+        _hold(isinstance(value, str), "a text is none")
+        _hold(key not in _IDS or re.fullmatch("[0-9a-f]{32,64}", value) is not None, "an odd identity")
+        _hold(key not in _TEXTS or (len(value) <= LONGEST and value.isprintable()), "an odd text")
+    return kept
+
+
+def cells_fit(sweep: Sweep, most: int) -> bool:
+    """Whether a result of the sweep has no more than so many bytes, uncompressed."""
+    lengths = {coordinate.name: len(coordinate.values) for coordinate in _coordinates(sweep)}
+    cells, points = _variables(sweep)
+    return most >= sum(
+        np.dtype(v.dtype).itemsize * grid.size * math.prod(lengths[dim] for dim in v.dims)
+        for grid, variables in ((sweep.grid, cells), (sweep.points, points))
+        for v in variables.values()
+    )
