@@ -93,7 +93,9 @@ def fitted(foreign: ForeignFile, path: Path) -> Stored:
         cells, points = _variables(sweep)
         coordinates = {coordinate.name: coordinate for coordinate in _coordinates(sweep)}
         _check_names(foreign, sweep, {*cells, *points}, set(coordinates))
-        dims = {name: (c.dim or name,) for name, c in coordinates.items() if name in foreign.variables}
+        dims: dict[str, tuple[str, ...]] = {
+            name: (c.dim or name,) for name, c in coordinates.items() if name in foreign.variables
+        }
         told: dict[str, Mapping[str, Any]] = {name: coordinates[name].attributes for name in dims}
         for grid, variables in ((sweep.grid, cells), (sweep.points, points)):
             for name, variable in variables.items():

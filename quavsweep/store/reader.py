@@ -122,7 +122,7 @@ def _answer(file: h5py.File, question: dict[str, Any]) -> tuple[dict[str, Any], 
             raise RefusedContent("texts that are too long")
         return {"texts": texts}, b""
     flat = np.ascontiguousarray(values).reshape(-1)
-    return {}, memoryview(flat).cast("B") if flat.size else b""
+    return {}, flat.view(np.uint8).data
 
 
 def _content(file: h5py.File) -> dict[str, Any]:

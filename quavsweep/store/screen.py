@@ -70,7 +70,7 @@ def _screen_dataset(dataset: h5d.DatasetID) -> int:
     if creation.get_layout() == h5d.CHUNKED:
         _hold(math.prod(creation.get_chunk()) * size <= LARGEST_CHUNK, "a chunk that is too large")
     _screen_attributes(dataset, len(shape))
-    return math.prod(shape) * size
+    return int(math.prod(shape)) * size
 
 
 def _screen_type(kind: h5t.TypeID) -> int:

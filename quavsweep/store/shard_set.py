@@ -15,8 +15,9 @@ from quavsweep.errors import DamageError
 from quavsweep.grid import Tile
 from quavsweep.measures import Evidence
 from quavsweep.provenance import Identity
+from quavsweep.store.evidence import read_shard
 from quavsweep.store.folder import RunFolder
-from quavsweep.store.shard import Shard, digest_of, misfits, read_shard, scan_shards, set_aside, write_shard
+from quavsweep.store.shard import Shard, digest_of, misfits, scan_shards, set_aside, write_shard
 
 Block = tuple[slice, ...]
 UNKNOWN = 8192  # cells per tile for readers of a folder without shards

@@ -1,4 +1,4 @@
-"""Messages between this process and the reader of files from elsewhere: JSON, then plain bytes; nothing is unpickled."""
+"""Messages between this process and the reader of files from elsewhere: JSON and plain bytes, never pickles."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def receive(connection: socket.socket, expected: int = 0) -> tuple[dict[str, Any
 def _bytes(connection: socket.socket, size: int) -> bytearray:
     data = bytearray(size)
     view = memoryview(data)
-    while len(view):
+    while view:
         got = connection.recv_into(view)
         if not got:
             raise WireError("the connection ended")
