@@ -16,7 +16,7 @@ from quavsweep.classify import result_variables
 from quavsweep.codes import Code
 from quavsweep.config import Sweep, dump_config, parse_sweep
 from quavsweep.config.document import MAX_BYTES
-from quavsweep.errors import DamageError, QuavsweepError
+from quavsweep.errors import ConfigError, DamageError, QuavsweepError
 from quavsweep.grid import Grid
 from quavsweep.kernels.description import read_description
 from quavsweep.measures import Variable
@@ -26,8 +26,11 @@ from quavsweep.store.foreign import ForeignFile
 from quavsweep.store.netcdf import DIGEST, Coordinate
 from quavsweep.store.outcome import DESCRIPTION, _attributes, _coordinates  # renaming them would rename all results
 from quavsweep.store.stored import Part, Stored, Variables
+from quavsweep.store.wire import LARGEST_CONTENT
 
 AGAIN = "run the sweep again, or ask whoever sent it"
+MOST_CELLS = 2 * 10**6
+LARGEST_EVIDENCE = 2**32  # bytes
 LONGEST = 1000  # characters of a text
 _IDS = ("evidence_id", "toolchain_id", "result_id", DIGEST)
 _TEXTS = ("Conventions", "title", "source", "model")
@@ -89,6 +92,7 @@ def fitted(foreign: ForeignFile, path: Path) -> Stored:
     """
     sweep = sweep_of(foreign.attributes, path)
     with doubted(path):
+        check_size(sweep, path)
         attributes = _file_attributes(foreign.attributes)
         cells, points = _variables(sweep)
         coordinates = {coordinate.name: coordinate for coordinate in _coordinates(sweep)}
@@ -169,12 +173,22 @@ def _file_attributes(given: Mapping[str, Any]) -> dict[str, Any]:
     return kept
 
 
-def cells_fit(sweep: Sweep, most: int) -> bool:
-    """Whether a result of the sweep has no more than so many bytes, uncompressed."""
+def check_size(sweep: Sweep, where: Path) -> None:
+    """Refuse to look at a result, or the evidence for one, that comes from elsewhere and is too large for that.
+
+    Raises
+    ------
+    ConfigError
+        With what is possible.
+    """
     lengths = {coordinate.name: len(coordinate.values) for coordinate in _coordinates(sweep)}
     cells, points = _variables(sweep)
-    return most >= sum(
+    size = sum(
         np.dtype(v.dtype).itemsize * grid.size * math.prod(lengths[dim] for dim in v.dims)
         for grid, variables in ((sweep.grid, cells), (sweep.points, points))
         for v in variables.values()
     )
+    evidence = sweep.grid.size * sweep.cell_bytes
+    if sweep.grid.size > MOST_CELLS or size > LARGEST_CONTENT or evidence > LARGEST_EVIDENCE:
+        what = f"has {sweep.grid.size:,} cells of {sweep.cell_bytes:,} bytes, too many for a run from elsewhere"
+        raise ConfigError(what, str(where), "a run of it here, in the same folder, takes it over")

@@ -7,7 +7,7 @@ import socket
 import struct
 from typing import Any
 
-LARGEST_CONTENT = 2**28  # bytes of all variables of a file from elsewhere
+LARGEST_CONTENT = 2**29  # bytes of all variables of a file from elsewhere
 LARGEST_TEXT = 2**24  # bytes of JSON, all attributes together
 _HEAD = struct.Struct("<QQ")  # bytes of JSON, and those behind it
 
