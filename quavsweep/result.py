@@ -16,7 +16,7 @@ from quavsweep.errors import ConfigError, DamageError
 from quavsweep.grid import Axis, Grid
 from quavsweep.provenance import identify
 from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, looks_published, read_result
-from quavsweep.store.fit import check_size, doubted, sweep_of
+from quavsweep.store.fit import check_evidence, doubted, sweep_of
 from quavsweep.store.outcome import HORIZON, outcome_so_far
 
 if TYPE_CHECKING:
@@ -192,7 +192,7 @@ def open_result(path: Path | str, horizon: float | None = None) -> Result:
 def _from_shards(folder: RunFolder, horizon: float | None) -> Result:
     sweep = load_sweep(folder.config)
     if not folder.is_own:
-        check_size(sweep, folder.path)
+        check_evidence(sweep, folder.path)
     identity = folder.present_identity(identify(sweep))
     shards = ShardSet.scan(folder, sweep, identity)
     if horizon is None:

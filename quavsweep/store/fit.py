@@ -37,6 +37,10 @@ _TEXTS = ("Conventions", "title", "source", "model")
 _ODD = (ArithmeticError, LookupError, ValueError, TypeError, AttributeError, AssertionError, RuntimeError, MemoryError)
 
 
+class Misfit(ValueError):  # noqa: N818  what it says of a file is no error of this program
+    """What does not fit the config of a file."""
+
+
 @contextlib.contextmanager
 def doubted(where: Path) -> Iterator[None]:
     """Tell whatever goes wrong with what comes from elsewhere as damage, not as a mistake of this program."""
@@ -45,7 +49,8 @@ def doubted(where: Path) -> Iterator[None]:
     except QuavsweepError:
         raise
     except _ODD as error:
-        raise DamageError(f"makes no sense as a result ({type(error).__name__})", str(where), AGAIN) from error
+        why = str(error) if isinstance(error, Misfit) else type(error).__name__
+        raise DamageError(f"makes no sense as a result ({why})", str(where), AGAIN) from error
 
 
 def sweep_of(attributes: Mapping[str, Any], where: Path) -> Sweep:
@@ -92,7 +97,7 @@ def fitted(foreign: ForeignFile, path: Path) -> Stored:
     """
     sweep = sweep_of(foreign.attributes, path)
     with doubted(path):
-        check_size(sweep, path)
+        _check_cells(sweep, path)
         attributes = _file_attributes(foreign.attributes)
         cells, points = _variables(sweep)
         coordinates = {coordinate.name: coordinate for coordinate in _coordinates(sweep)}
@@ -111,7 +116,9 @@ def fitted(foreign: ForeignFile, path: Path) -> Stored:
         codes = {name: variable.codes for name, variable in {**cells, **points}.items() if variable.codes}
         names = tuple(sorted(dims))
         data = Variables(names, lambda name, part: _read(foreign, name, part, codes.get(name, ())))
-    return Stored(data, {n: dims[n] for n in names}, {n: dict(told[n]) for n in names}, attributes, foreign=True)
+    return Stored(
+        data, {n: dims[n] for n in names}, {n: dict(sorted(told[n].items())) for n in names}, attributes, foreign=True
+    )
 
 
 def _variables(sweep: Sweep) -> tuple[dict[str, Variable], dict[str, Variable]]:
@@ -122,7 +129,7 @@ def _variables(sweep: Sweep) -> tuple[dict[str, Variable], dict[str, Variable]]:
 
 def _hold(condition: bool, otherwise: str) -> None:
     if not condition:
-        raise ValueError(otherwise)
+        raise Misfit(otherwise)
 
 
 def _check_names(foreign: ForeignFile, sweep: Sweep, variables: set[str], coordinates: set[str]) -> None:
@@ -173,8 +180,8 @@ def _file_attributes(given: Mapping[str, Any]) -> dict[str, Any]:
     return kept
 
 
-def check_size(sweep: Sweep, where: Path) -> None:
-    """Refuse to look at a result, or the evidence for one, that comes from elsewhere and is too large for that.
+def check_evidence(sweep: Sweep, where: Path) -> None:
+    """Refuse to make a result of the evidence in a folder from elsewhere where that is too large for a look.
 
     Raises
     ------
@@ -188,7 +195,13 @@ def check_size(sweep: Sweep, where: Path) -> None:
         for grid, variables in ((sweep.grid, cells), (sweep.points, points))
         for v in variables.values()
     )
-    evidence = sweep.grid.size * sweep.cell_bytes
-    if sweep.grid.size > MOST_CELLS or size > LARGEST_CONTENT or evidence > LARGEST_EVIDENCE:
+    if size > LARGEST_CONTENT or sweep.grid.size * sweep.cell_bytes > LARGEST_EVIDENCE:
         what = f"has {sweep.grid.size:,} cells of {sweep.cell_bytes:,} bytes, too many for a run from elsewhere"
-        raise ConfigError(what, str(where), "a run of it here, in the same folder, takes it over")
+        raise ConfigError(what, str(where), "run it here, in the same folder, which goes on where it ended")
+    _check_cells(sweep, where)
+
+
+def _check_cells(sweep: Sweep, where: Path) -> None:
+    if sweep.grid.size > MOST_CELLS:
+        what = f"has {sweep.grid.size:,} cells, too many for a result from elsewhere"
+        raise ConfigError(what, str(where), f"at most {MOST_CELLS:,}")
