@@ -185,13 +185,15 @@ def open_result(path: Path | str, horizon: float | None = None) -> Result:
     if horizon is None and folder.result.is_file():
         return _from_file(folder.result)
     folder.must_exist()
-    with contextlib.nullcontext() if folder.is_own else doubted(path):
-        return _from_shards(folder, horizon)
+    foreign = not folder.is_own
+    with doubted(path, foreign):
+        result = _from_shards(folder, horizon, foreign)
+        return replace(result, stored=replace(result.stored, foreign=foreign))
 
 
-def _from_shards(folder: RunFolder, horizon: float | None) -> Result:
+def _from_shards(folder: RunFolder, horizon: float | None, foreign: bool) -> Result:
     sweep = load_sweep(folder.config)
-    if not folder.is_own:
+    if foreign:
         check_evidence(sweep, folder.path)
     identity = folder.present_identity(identify(sweep))
     shards = ShardSet.scan(folder, sweep, identity)

@@ -9,6 +9,7 @@ from quavsweep.config import load_sweep
 from quavsweep.errors import DamageError
 from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet, check_result
+from quavsweep.store.fit import doubted
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,11 @@ def verify_folder(path: Path) -> Verdict:
     """
     folder = RunFolder(path)
     folder.must_exist()
+    with doubted(path, not folder.is_own):
+        return _verdict(folder)
+
+
+def _verdict(folder: RunFolder) -> Verdict:
     sweep = load_sweep(folder.config)
     identity = folder.present_identity(identify(sweep))
     shards = ShardSet.scan(folder, sweep, identity)

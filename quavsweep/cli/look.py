@@ -17,6 +17,7 @@ from quavsweep.errors import DamageError, DiskError, StoppedError
 
 if TYPE_CHECKING:
     from quavsweep.overview import Lookout, Overview
+    from quavsweep.result import Result
 
 WATCH_SECONDS = 2.0
 
@@ -124,6 +125,7 @@ def export(source: Path, variables: tuple[str, ...], kind: str | None, out: Path
     """
     from quavsweep.export import write_csv, write_netcdf
     from quavsweep.result import open_result
+    from quavsweep.store.fit import doubted
 
     if kind is None:
         raise click.UsageError("give --csv or --nc", click.get_current_context())
@@ -132,15 +134,22 @@ def export(source: Path, variables: tuple[str, ...], kind: str | None, out: Path
     result = open_result(source)
     folder = source if source.is_dir() else source.parent
     path = out or folder / f"{variables[0]}.{kind}"
-    if kind == "nc":
-        write_netcdf(result, variables, path)
-    elif str(path) == "-":
-        write_csv(result, variables, sys.stdout)
-        return
-    else:
-        try:
-            with path.open("w", newline="") as stream:
-                write_csv(result, variables, stream)
-        except OSError as error:
-            raise DiskError(f"cannot be written: {error.strerror}", str(path)) from error
+    with doubted(source, result.stored.foreign):
+        if str(path) == "-":
+            write_csv(result, variables, sys.stdout)
+            return
+        if kind == "nc":
+            write_netcdf(result, variables, path)
+        else:
+            _write_table(result, variables, path)
     say(path)
+
+
+def _write_table(result: Result, variables: tuple[str, ...], path: Path) -> None:
+    from quavsweep.export import write_csv
+
+    try:
+        with path.open("w", newline="") as stream:
+            write_csv(result, variables, stream)
+    except OSError as error:
+        raise DiskError(f"cannot be written: {error.strerror}", str(path)) from error

@@ -42,13 +42,15 @@ class Misfit(ValueError):  # noqa: N818  what it says of a file is no error of t
 
 
 @contextlib.contextmanager
-def doubted(where: Path) -> Iterator[None]:
+def doubted(where: Path, foreign: bool = True) -> Iterator[None]:
     """Tell whatever goes wrong with what comes from elsewhere as damage, not as a mistake of this program."""
     try:
         yield
     except QuavsweepError:
         raise
     except _ODD as error:
+        if not foreign:
+            raise
         why = str(error) if isinstance(error, Misfit) else type(error).__name__
         raise DamageError(f"makes no sense as a result ({why})", str(where), AGAIN) from error
 
@@ -123,7 +125,7 @@ def fitted(foreign: ForeignFile, path: Path) -> Stored:
 
 def _variables(sweep: Sweep) -> tuple[dict[str, Variable], dict[str, Variable]]:
     """Return what a result of the sweep may have of its cells and of its parameter points, by name."""
-    cells = (*result_variables(sweep), *passed_variables(sweep), *((ATTRACTOR,) if sweep.start_axes else ()))
+    cells = (*passed_variables(sweep), *result_variables(sweep), *((ATTRACTOR,) if sweep.start_axes else ()))
     return {v.name: v for v in cells}, {v.name: v for v in point_variables(sweep)}
 
 
