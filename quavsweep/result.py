@@ -121,7 +121,7 @@ class Result:
         axes = tuple(axis for axis in self.sweep.grid.axes if axis.name not in index)
         chosen = {n: v for name, i in index.items() for n, v in self.sweep.grid.axes[names.index(name)].at(i).items()}
         sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *chosen)
-        return Result(sweep, Stored(data, dims, whole.attributes, whole.file_attributes), fixed)
+        return Result(sweep, replace(whole, data=data, dims=dims), fixed)
 
     def _axis_of(self, name: str) -> Axis:
         """Return the axis of that name, or the curve along which that quantity varies; not that of drawn starts."""
@@ -138,7 +138,7 @@ class Result:
         sweep, starts, whole = self.sweep, set(self.sweep.start_axes), self.stored
         gone = starts | {name for axis in sweep.grid.axes if axis.name in starts for name in axis.quantities}
         dims = {v: of for v, of in whole.dims.items() if v not in gone and not starts & set(of)}
-        stored = Stored(Variables(tuple(dims), whole.part), dims, whole.attributes, whole.file_attributes)
+        stored = replace(whole, data=Variables(tuple(dims), whole.part), dims=dims)
         return Result(replace(sweep, grid=sweep.points), stored, self.fixed)
 
     def to_xarray(self) -> xarray.Dataset:

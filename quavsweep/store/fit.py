@@ -30,6 +30,7 @@ from quavsweep.store.wire import LARGEST_CONTENT
 
 AGAIN = "run the sweep again, or ask whoever sent it"
 MOST_CELLS = 2 * 10**6
+LONGEST_AXIS = 10**5  # a line of a million points takes 3.4 GB to draw
 LARGEST_EVIDENCE = 2**32  # bytes
 LONGEST = 1000  # characters of a text
 _IDS = ("evidence_id", "toolchain_id", "result_id", DIGEST)
@@ -204,6 +205,7 @@ def check_evidence(sweep: Sweep, where: Path) -> None:
 
 
 def _check_cells(sweep: Sweep, where: Path) -> None:
-    if sweep.grid.size > MOST_CELLS:
-        what = f"has {sweep.grid.size:,} cells, too many for a result from elsewhere"
-        raise ConfigError(what, str(where), f"at most {MOST_CELLS:,}")
+    """Refuse a grid that would take long or much memory to draw."""
+    if sweep.grid.size > MOST_CELLS or max(sweep.grid.shape, default=1) > LONGEST_AXIS:
+        what = f"has {' x '.join(f'{n:,}' for n in sweep.grid.shape)} cells, too many for a result from elsewhere"
+        raise ConfigError(what, str(where), f"at most {MOST_CELLS:,}, and {LONGEST_AXIS:,} along an axis")
