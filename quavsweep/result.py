@@ -16,7 +16,8 @@ from quavsweep.errors import ConfigError, DamageError
 from quavsweep.grid import Axis, Grid
 from quavsweep.provenance import identify
 from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, looks_published, read_result
-from quavsweep.store.fit import check_evidence, doubted, sweep_of
+from quavsweep.store.doubt import doubted, sweep_of
+from quavsweep.store.fit import check_evidence
 from quavsweep.store.outcome import HORIZON, outcome_so_far
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from quavsweep.config import load_sweep
 from quavsweep.errors import DamageError
 from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet, check_result
-from quavsweep.store.fit import doubted
+from quavsweep.store.doubt import doubted
 
 
 @dataclass(frozen=True)

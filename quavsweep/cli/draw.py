@@ -55,7 +55,7 @@ def plot(
     """
     from quavsweep.plot import draw
     from quavsweep.result import open_result
-    from quavsweep.store.fit import doubted
+    from quavsweep.store.doubt import doubted
 
     results = [open_result(source, horizon).at(**dict(at)) for source in sources]
     for name, asked in at:

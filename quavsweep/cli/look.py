@@ -125,7 +125,7 @@ def export(source: Path, variables: tuple[str, ...], kind: str | None, out: Path
     """
     from quavsweep.export import write_csv, write_netcdf
     from quavsweep.result import open_result
-    from quavsweep.store.fit import doubted
+    from quavsweep.store.doubt import doubted
 
     if kind is None:
         raise click.UsageError("give --csv or --nc", click.get_current_context())

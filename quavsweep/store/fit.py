@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,78 +12,24 @@ import numpy as np
 
 from quavsweep.classify import result_variables
 from quavsweep.codes import Code
-from quavsweep.config import Sweep, dump_config, parse_sweep
-from quavsweep.config.document import MAX_BYTES
-from quavsweep.errors import ConfigError, DamageError, QuavsweepError
+from quavsweep.config import Sweep
+from quavsweep.errors import ConfigError, DamageError
 from quavsweep.grid import Grid
-from quavsweep.kernels.description import read_description
 from quavsweep.measures import Variable
-from quavsweep.models import Model
 from quavsweep.reduction import ATTRACTOR, passed_variables, point_variables
+from quavsweep.store.doubt import AGAIN, Misfit, doubted, sweep_of
 from quavsweep.store.foreign import ForeignFile
 from quavsweep.store.netcdf import DIGEST, Coordinate
 from quavsweep.store.outcome import DESCRIPTION, _attributes, _coordinates  # renaming them would rename all results
 from quavsweep.store.stored import Part, Stored, Variables
 from quavsweep.store.wire import LARGEST_CONTENT
 
-AGAIN = "run the sweep again, or ask whoever sent it"
 MOST_CELLS = 2 * 10**6
 LONGEST_AXIS = 10**5  # a line of a million points takes 3.4 GB to draw
 LARGEST_EVIDENCE = 2**32  # bytes
 LONGEST = 1000  # characters of a text
 _IDS = ("evidence_id", "toolchain_id", "result_id", DIGEST)
 _TEXTS = ("Conventions", "title", "source", "model")
-_ODD = (ArithmeticError, LookupError, ValueError, TypeError, AttributeError, AssertionError, RuntimeError, MemoryError)
-
-
-class Misfit(ValueError):  # noqa: N818  what it says of a file is no error of this program
-    """What does not fit the config of a file."""
-
-
-@contextlib.contextmanager
-def doubted(where: Path, foreign: bool = True) -> Iterator[None]:
-    """Tell whatever goes wrong with what comes from elsewhere as damage, not as a mistake of this program."""
-    try:
-        yield
-    except QuavsweepError:
-        raise
-    except _ODD as error:
-        if not foreign:
-            raise
-        why = str(error) if isinstance(error, Misfit) else type(error).__name__
-        raise DamageError(f"makes no sense as a result ({why})", str(where), AGAIN) from error
-
-
-def sweep_of(attributes: Mapping[str, Any], where: Path) -> Sweep:
-    """Return the sweep whose result has these attributes; its name is `result`.
-
-    Raises
-    ------
-    ConfigError
-        If its config makes no sense.
-    DamageError
-        If there is none, or the description of its model cannot be read.
-    """
-    try:
-        text = attributes["config"]
-        settings = json.loads(text) if len(text) <= MAX_BYTES else None
-        if not isinstance(settings, dict):
-            raise ValueError("it is no mapping")
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
-        raise DamageError("holds no config", str(where), AGAIN) from error
-    with doubted(where):
-        return parse_sweep(dump_config({"name": "result", **settings}), str(where), model=_described(attributes, where))
-
-
-def _described(attributes: Mapping[str, Any], where: Path) -> Model | None:
-    """Return the model that a file describes; None if it is one of the catalogue."""
-    text = attributes.get(DESCRIPTION)
-    if text is None:
-        return None
-    try:
-        return read_description(str(text))
-    except ValueError as error:
-        raise DamageError(f"holds no description of a model ({error})", str(where), "run the sweep again") from error
 
 
 def fitted(foreign: ForeignFile, path: Path) -> Stored:
@@ -102,26 +46,31 @@ def fitted(foreign: ForeignFile, path: Path) -> Stored:
     with doubted(path):
         _check_cells(sweep, path)
         attributes = _file_attributes(foreign.attributes)
+        dims, told = _fit(foreign, sweep)
         cells, points = _variables(sweep)
-        coordinates = {coordinate.name: coordinate for coordinate in _coordinates(sweep)}
-        _check_names(foreign, sweep, {*cells, *points}, set(coordinates))
-        dims: dict[str, tuple[str, ...]] = {
-            name: (c.dim or name,) for name, c in coordinates.items() if name in foreign.variables
-        }
-        told: dict[str, Mapping[str, Any]] = {name: coordinates[name].attributes for name in dims}
-        for grid, variables in ((sweep.grid, cells), (sweep.points, points)):
-            for name, variable in variables.items():
-                if name in foreign.variables:
-                    dims[name] = _check_variable(foreign, grid, variable, coordinates)
-                    told[name] = _attributes(sweep, variable, of_points=grid is not sweep.grid)
-        for name in coordinates.keys() & dims.keys():
-            _check_coordinate(foreign, coordinates[name])
         codes = {name: variable.codes for name, variable in {**cells, **points}.items() if variable.codes}
         names = tuple(sorted(dims))
         data = Variables(names, lambda name, part: _read(foreign, name, part, codes.get(name, ())))
-    return Stored(
-        data, {n: dims[n] for n in names}, {n: dict(sorted(told[n].items())) for n in names}, attributes, foreign=True
-    )
+    return Stored(data, {n: dims[n] for n in names}, {n: told[n] for n in names}, attributes, foreign=True)
+
+
+def _fit(foreign: ForeignFile, sweep: Sweep) -> tuple[dict[str, tuple[str, ...]], dict[str, dict[str, Any]]]:
+    """Return the dimensions and attributes of all variables, which are known to fit then."""
+    cells, points = _variables(sweep)
+    coordinates = {coordinate.name: coordinate for coordinate in _coordinates(sweep)}
+    _check_names(foreign, sweep, {*cells, *points}, set(coordinates))
+    dims: dict[str, tuple[str, ...]] = {}
+    told: dict[str, Mapping[str, Any]] = {}
+    for name, coordinate in coordinates.items():
+        if name in foreign.variables:
+            _check_coordinate(foreign, coordinate)
+            dims[name], told[name] = (coordinate.dim or name,), coordinate.attributes
+    for grid, variables, of_points in ((sweep.grid, cells, False), (sweep.points, points, True)):
+        for name, variable in variables.items():
+            if name in foreign.variables:
+                dims[name] = _check_variable(foreign, grid, variable, coordinates)
+                told[name] = _attributes(sweep, variable, of_points)
+    return dims, {name: dict(sorted(attributes.items())) for name, attributes in told.items()}
 
 
 def _variables(sweep: Sweep) -> tuple[dict[str, Variable], dict[str, Variable]]:
