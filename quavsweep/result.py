@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from quavsweep.codes import Status
-from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
+from quavsweep.config import Sweep, load_sweep
 from quavsweep.config.schema import ENSEMBLE
 from quavsweep.errors import ConfigError, DamageError
 from quavsweep.grid import Axis, Grid
-from quavsweep.kernels.description import read_description
-from quavsweep.models import Model
 from quavsweep.provenance import identify
 from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, looks_published, read_result
-from quavsweep.store.outcome import DESCRIPTION, HORIZON, outcome_so_far
+from quavsweep.store.doubt import doubted, sweep_of
+from quavsweep.store.fit import check_evidence
+from quavsweep.store.outcome import HORIZON, outcome_so_far
 
 if TYPE_CHECKING:
     import xarray
@@ -123,7 +122,7 @@ class Result:
         axes = tuple(axis for axis in self.sweep.grid.axes if axis.name not in index)
         chosen = {n: v for name, i in index.items() for n, v in self.sweep.grid.axes[names.index(name)].at(i).items()}
         sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *chosen)
-        return Result(sweep, Stored(data, dims, whole.attributes, whole.file_attributes), fixed)
+        return Result(sweep, replace(whole, data=data, dims=dims), fixed)
 
     def _axis_of(self, name: str) -> Axis:
         """Return the axis of that name, or the curve along which that quantity varies; not that of drawn starts."""
@@ -140,7 +139,7 @@ class Result:
         sweep, starts, whole = self.sweep, set(self.sweep.start_axes), self.stored
         gone = starts | {name for axis in sweep.grid.axes if axis.name in starts for name in axis.quantities}
         dims = {v: of for v, of in whole.dims.items() if v not in gone and not starts & set(of)}
-        stored = Stored(Variables(tuple(dims), whole.part), dims, whole.attributes, whole.file_attributes)
+        stored = replace(whole, data=Variables(tuple(dims), whole.part), dims=dims)
         return Result(replace(sweep, grid=sweep.points), stored, self.fixed)
 
     def to_xarray(self) -> xarray.Dataset:
@@ -187,9 +186,18 @@ def open_result(path: Path | str, horizon: float | None = None) -> Result:
     if horizon is None and folder.result.is_file():
         return _from_file(folder.result)
     folder.must_exist()
+    foreign = not folder.is_own
+    with doubted(path, foreign):
+        result = _from_shards(folder, horizon, foreign)
+        return replace(result, stored=replace(result.stored, foreign=foreign))
+
+
+def _from_shards(folder: RunFolder, horizon: float | None, foreign: bool) -> Result:
     sweep = load_sweep(folder.config)
     if horizon is not None:
-        sweep.require_evidence("a horizon", str(path))
+        sweep.require_evidence("a horizon", str(folder.path))
+    if foreign:
+        check_evidence(sweep, folder.path)
     identity = folder.present_identity(identify(sweep))
     shards = ShardSet.scan(folder, sweep, identity)
     if horizon is None:
@@ -200,20 +208,8 @@ def open_result(path: Path | str, horizon: float | None = None) -> Result:
 
 def _from_file(path: Path) -> Result:
     stored = read_result(path)
-    settings: dict[str, Any] = json.loads(stored.file_attributes["config"])
-    sweep = parse_sweep(dump_config({"name": "result", **settings}), str(path), model=_described(path, stored))
+    sweep = sweep_of(stored.file_attributes, path)
     return Result(replace(sweep, config=sweep.config.model_copy(update=_told(path))), stored)
-
-
-def _described(path: Path, stored: Stored) -> Model | None:
-    """Return the model that a file describes; None if it is one of the catalogue."""
-    text = stored.file_attributes.get(DESCRIPTION)
-    if text is None:
-        return None
-    try:
-        return read_description(str(text))
-    except ValueError as error:
-        raise DamageError(f"holds no description of a model ({error})", str(path), "run the sweep again") from error
 
 
 def _told(path: Path) -> dict[str, Any]:

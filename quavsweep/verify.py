@@ -9,6 +9,7 @@ from quavsweep.config import load_sweep
 from quavsweep.errors import DamageError
 from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet, check_result
+from quavsweep.store.doubt import doubted
 
 
 @dataclass(frozen=True)
@@ -21,8 +22,15 @@ class Verdict:
     damaged: tuple[str, ...]
 
 
-def verify_folder(path: Path) -> Verdict:
-    """Check every shard and the result of a run's folder; nothing is changed.
+def verify_folder(path: Path, trust: bool = False) -> Verdict:
+    """Check every shard and the result of a run's folder; nothing in it is changed.
+
+    Parameters
+    ----------
+    path : Path
+    trust : bool
+        Whether to take the folder for one of this installation from now on: without the limits, and the process of
+        its own, that files from elsewhere are read with.
 
     Raises
     ------
@@ -31,6 +39,13 @@ def verify_folder(path: Path) -> Verdict:
     """
     folder = RunFolder(path)
     folder.must_exist()
+    if trust:
+        folder.trust()
+    with doubted(path, not folder.is_own):
+        return _verdict(folder)
+
+
+def _verdict(folder: RunFolder) -> Verdict:
     sweep = load_sweep(folder.config)
     identity = folder.present_identity(identify(sweep))
     shards = ShardSet.scan(folder, sweep, identity)

@@ -20,8 +20,9 @@ from quavsweep.integrate import integrate_tile
 from quavsweep.plan import make_plan
 from quavsweep.provenance import Identity, identify
 from quavsweep.store import RunFolder, ShardSet, read_result, write_shard
+from quavsweep.store.evidence import read_shard
 from quavsweep.store.publish import PatientFile, publish_bytes, publish_hdf5
-from quavsweep.store.shard import Shard, read_shard, scan_shards, set_aside
+from quavsweep.store.shard import Shard, scan_shards, set_aside
 from quavsweep.sweep import run_sweep
 from tests.conftest import YAW
 

@@ -55,6 +55,7 @@ def plot(
     """
     from quavsweep.plot import draw
     from quavsweep.result import open_result
+    from quavsweep.store.doubt import doubted
 
     results = [open_result(source, horizon).at(**dict(at)) for source in sources]
     for name, asked in at:
@@ -64,7 +65,8 @@ def plot(
     folder = sources[0] if sources[0].is_dir() else sources[0].parent
     plain = len(sources) == 1 and not (variables or limits or overlays or at or horizon)
     path = out or folder / ("map.png" if plain else "plot.png")  # map.png is the run's own
-    say(draw(results, path, variables=variables, limits=limits, overlays=overlays))
+    with doubted(sources[0], any(result.stored.foreign for result in results)):
+        say(draw(results, path, variables=variables, limits=limits, overlays=overlays))
 
 
 @click.command()

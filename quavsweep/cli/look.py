@@ -17,6 +17,7 @@ from quavsweep.errors import DamageError, DiskError, StoppedError
 
 if TYPE_CHECKING:
     from quavsweep.overview import Lookout, Overview
+    from quavsweep.result import Result
 
 WATCH_SECONDS = 2.0
 
@@ -91,11 +92,20 @@ def _watch(lookout: Lookout, as_json: bool) -> None:
 
 @click.command()
 @click.argument("folder", metavar="DIR", type=PATH)
-def verify(folder: Path) -> None:
-    """Check every stored byte of the run in DIR against its digest."""
+@click.option("--trust", is_flag=True, help="Take a run from elsewhere for one of your own, without limits.")
+def verify(folder: Path, trust: bool) -> None:
+    """Check every stored byte of the run in DIR against its digest.
+
+    \b
+    quavsweep verify results/omega_c
+    quavsweep verify from_a_colleague --trust
+
+    A result that was not made here is read by a process of its own that can open nothing else, and up to a size only.
+    If you know who made it, --trust lifts both.
+    """
     from quavsweep.verify import verify_folder
 
-    verdict = verify_folder(folder)
+    verdict = verify_folder(folder, trust)
     for sentence in verdict.damaged:
         warn(sentence)
     if verdict.damaged:
@@ -124,6 +134,7 @@ def export(source: Path, variables: tuple[str, ...], kind: str | None, out: Path
     """
     from quavsweep.export import write_csv, write_netcdf
     from quavsweep.result import open_result
+    from quavsweep.store.doubt import doubted
 
     if kind is None:
         raise click.UsageError("give --csv or --nc", click.get_current_context())
@@ -132,15 +143,22 @@ def export(source: Path, variables: tuple[str, ...], kind: str | None, out: Path
     result = open_result(source)
     folder = source if source.is_dir() else source.parent
     path = out or folder / f"{variables[0]}.{kind}"
-    if kind == "nc":
-        write_netcdf(result, variables, path)
-    elif str(path) == "-":
-        write_csv(result, variables, sys.stdout)
-        return
-    else:
-        try:
-            with path.open("w", newline="") as stream:
-                write_csv(result, variables, stream)
-        except OSError as error:
-            raise DiskError(f"cannot be written: {error.strerror}", str(path)) from error
+    with doubted(source, result.stored.foreign):
+        if str(path) == "-":
+            write_csv(result, variables, sys.stdout)
+            return
+        if kind == "nc":
+            write_netcdf(result, variables, path)
+        else:
+            _write_table(result, variables, path)
     say(path)
+
+
+def _write_table(result: Result, variables: tuple[str, ...], path: Path) -> None:
+    from quavsweep.export import write_csv
+
+    try:
+        with path.open("w", newline="") as stream:
+            write_csv(result, variables, stream)
+    except OSError as error:
+        raise DiskError(f"cannot be written: {error.strerror}", str(path)) from error

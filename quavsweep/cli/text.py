@@ -16,13 +16,14 @@ from quavsweep.errors import ConfigError, DiskError
 
 COLUMNS = 80
 EXIT_SECOND_INTERRUPT = 130
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 _UNITS = {"d": 86400.0, "h": 3600.0, "m": 60.0, "min": 60.0, "s": 1.0}
 
 
 def say(text: object) -> None:
     """Print a line; that nobody reads it is no reason to stop."""
     try:
-        click.echo(text)
+        click.echo(plain(text))
         sys.stdout.flush()
     except BrokenPipeError:
         deafen()
@@ -41,7 +42,12 @@ def deafen() -> None:
 def warn(text: object) -> None:
     """Print a line to standard error."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
-        click.echo(text, err=True)
+        click.echo(plain(text), err=True)
+
+
+def plain(text: object) -> str:
+    """Return a text without what a terminal would obey: names and sentences may come from a file."""
+    return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", str(text))
 
 
 def table(rows: Iterable[tuple[str, str]]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from quavsweep.errors import ConfigError, DamageError, ModelError
-from quavsweep.kernels.description import describe_model, read_description
+from quavsweep.kernels.description import LARGEST, describe_model, read_description
 from quavsweep.models import NAMES, Model, load_model
 from quavsweep.models.user import read_model
 
@@ -49,7 +49,8 @@ def described_beside(config: Path) -> Model | None:
     if config.name != CONFIG or not path.is_file():
         return None
     try:
-        return read_description(path.read_bytes())
+        with path.open("rb") as file:
+            return read_description(file.read(LARGEST + 1))
     except (OSError, ValueError) as error:
         what = f"is not the description of a model ({error})"
         raise DamageError(what, str(path), "run the sweep again with --model FILE") from error

@@ -21,7 +21,7 @@ from quavsweep.kernels.program import OPERATIONS, TIME, TIME_SCALE, Program, Ref
 from quavsweep.models import NAMES, Model, Observable, Parameter, Relation, Section, State
 from quavsweep.models.model import NAME
 
-LARGEST = 2**25  # bytes
+LARGEST = 2**23  # bytes
 MOST = 1000  # states, parameters, relations
 TARGET = r"[a-z][0-9]{1,9}"  # of an assignment
 ARITY = {"add": 2, "sub": 2, "mul": 2, "div": 2, "select_less": 4, "select_less_equal": 4}  # else 1

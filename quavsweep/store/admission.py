@@ -33,8 +33,8 @@ def check_folder(
         return
     starts = folder.read_starts()
     known = starts[-1] if starts else {}
-    differences = changed_keys(known.get("evidence", {}), evidence_parts(sweep))
-    differences += changed_keys(known.get("toolchain", {}), toolchain())
+    before = [value if isinstance(value := known.get(key), dict) else {} for key in ("evidence", "toolchain")]
+    differences = changed_keys(before[0], evidence_parts(sweep)) + changed_keys(before[1], toolchain())
     raise IdentityError(
         "holds evidence of another engine, model or toolchain",
         str(folder.path),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import hashlib
 import json
 import os
 import shutil
@@ -13,14 +14,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from quavsweep.config.document import MAX_BYTES
 from quavsweep.config.model import CONFIG, DESCRIPTION
 from quavsweep.errors import ConfigError, DiskError, LockedError
 from quavsweep.kernels.description import describe_model
 from quavsweep.models import NAMES, Model
 from quavsweep.models.user import source_text
 from quavsweep.provenance import Identity
-from quavsweep.store.publish import TEMPORARY, publish_bytes, writer_lives
+from quavsweep.store.ledger import is_known, remember
+from quavsweep.store.publish import TEMPORARY, publish_bytes, seal_digest, writer_lives
 
+LARGEST_RECORD = 2**24  # bytes
 LOCK_SECONDS = 0.3  # a reader that asks who runs holds the lock for an instant
 
 
@@ -162,8 +166,23 @@ class RunFolder:
             os.close(handle)
 
     def write_config(self, text: str) -> None:
-        """Publish the canonical config."""
+        """Publish the canonical config; the folder is one of this installation then."""
+        remember(hashlib.sha256(text.encode()).hexdigest())
         publish_bytes(self.config, text.encode())
+
+    @property
+    def is_own(self) -> bool:
+        """Whether its config was written by this installation."""
+        with contextlib.suppress(OSError), self.config.open("rb") as file:
+            return is_known(hashlib.sha256(file.read(MAX_BYTES)).hexdigest())
+        return False
+
+    def trust(self) -> None:
+        """Take its config and result for this installation's own from now on, until they change."""
+        with contextlib.suppress(OSError), self.config.open("rb") as file:
+            remember(hashlib.sha256(file.read(MAX_BYTES)).hexdigest())
+        with contextlib.suppress(OSError), self.result.open("rb") as file:
+            remember(seal_digest(file))
 
     def write_model(self, model: Model) -> None:
         """Publish what there is to know of a user's model: its description, and a copy of its file, never run."""
@@ -178,9 +197,10 @@ class RunFolder:
         """Publish the record of all starts of the run."""
         publish_bytes(self.record, (json.dumps({"starts": starts}, indent=1) + "\n").encode())
 
-    def read_starts(self) -> list[Any]:
+    def read_starts(self) -> list[dict[str, Any]]:
         """Return the records of all starts, the last one last; empty if there are none that can be read."""
-        with contextlib.suppress(OSError, ValueError, AttributeError):
-            starts = json.loads(self.record.read_text()).get("starts")
+        with contextlib.suppress(OSError, ValueError, RecursionError, AttributeError):
+            with self.record.open("rb") as file:
+                starts = json.loads(file.read(LARGEST_RECORD)).get("starts")
             return [start for start in starts if isinstance(start, dict)] if isinstance(starts, list) else []
         return []

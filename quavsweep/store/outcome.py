@@ -67,7 +67,7 @@ def write_outcome(
     if horizon is not None:
         sweep = sweep.until(horizon)
         shards = replace(shards, sweep=shards.sweep.without_effort())
-    variables = {v: _attributes(sweep, v) for v in _cell_variables(sweep, horizon)}
+    variables = {v: variable_attributes(sweep, v) for v in _cell_variables(sweep, horizon)}
     told = {} if horizon is None else {HORIZON: horizon * sweep.clock.dt}
     if earlier and sweep.measures.verdict:
         variables[REGION_VARIABLE] |= {"comment": NO_VERDICT}
@@ -75,7 +75,7 @@ def write_outcome(
     write_result(
         path,
         sweep.grid,
-        _coordinates(sweep),
+        coordinates_of(sweep),
         variables,
         _classified(shards, failed, stopped, waiting, horizon),
         {**_file(sweep, shards.identity), **told},
@@ -105,8 +105,8 @@ def _reduction(sweep: Sweep) -> Reduction | None:
         return None
     return Reduction(
         sweep.points,
-        {v: _attributes(sweep, v, of_points=True) for v in point_variables(sweep)},
-        {ATTRACTOR: _attributes(sweep, ATTRACTOR)},
+        {v: variable_attributes(sweep, v, of_points=True) for v in point_variables(sweep)},
+        {ATTRACTOR: variable_attributes(sweep, ATTRACTOR)},
         read_variables(sweep),
         partial(reduce_points, sweep),
     )
@@ -157,7 +157,7 @@ def _told(sweep: Sweep, evidence: Evidence) -> dict[str, np.ndarray]:
     return {**passed, **classify(sweep, evidence)}
 
 
-def _coordinates(sweep: Sweep) -> list[Coordinate]:
+def coordinates_of(sweep: Sweep) -> list[Coordinate]:
     """Return the coordinates of a sweep's dimensions, the axes first."""
     model = sweep.model
     coordinates = []
@@ -179,7 +179,7 @@ def _coordinates(sweep: Sweep) -> list[Coordinate]:
     return coordinates
 
 
-def _attributes(sweep: Sweep, variable: Variable, of_points: bool = False) -> dict[str, Any]:
+def variable_attributes(sweep: Sweep, variable: Variable, of_points: bool = False) -> dict[str, Any]:
     """Return the CF attributes of a variable: meaning, units, and the codes' numbers and names."""
     unit, grid = sweep.unit(variable), sweep.points if of_points else sweep.grid
     along = [name for axis in grid.axes for name, _ in axis.along]

@@ -14,6 +14,7 @@ from typing import IO, Any
 import h5py
 
 from quavsweep.errors import DiskError
+from quavsweep.store.ledger import remember
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _SEAL = b"quavsweep sha256 %s\n"  # appended to a file that is not named by its digest
@@ -109,6 +110,7 @@ def publish_hdf5(name: Callable[[str, int], Path], write: Callable[[h5py.File], 
         raw.write(_SEAL % sha256.encode())
         raw.flush()
         path = name(sha256, raw.tell())
+        remember(sha256)
         _reveal(raw, temporary, path)
     return path
 
@@ -119,6 +121,20 @@ def looks_published(path: Path) -> bool:
         begin = file.read(len(_HDF5))
         file.seek(-min(file.seek(0, os.SEEK_END), len(_SEAL % bytes(64))), os.SEEK_END)
         return begin == _HDF5 or file.read().startswith(_SEAL.partition(b"%")[0])
+
+
+def seal_digest(file: IO[bytes]) -> str:
+    """Return the SHA-256 that the seal of an open file names, empty if there is no seal; nothing is checked.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    """
+    begin = _SEAL.partition(b"%")[0]
+    file.seek(-min(file.seek(0, os.SEEK_END), len(_SEAL % bytes(64))), os.SEEK_END)
+    end = file.read(len(_SEAL % bytes(64)))
+    return end.removeprefix(begin).strip().decode("ascii", "replace") if end.startswith(begin) else ""
 
 
 def is_sealed(file: IO[bytes]) -> bool:

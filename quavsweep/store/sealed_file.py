@@ -1,4 +1,8 @@
-"""Reading result files: all bytes are checked once against the seal, then each variable is read when asked for."""
+"""Reading result files: all bytes are checked once against the seal, then each variable is read when asked for.
+
+HDF5 reads in this process only what this installation has published; the rest is read by another process, and must be
+made as a result of its own config is.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +16,15 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from quavsweep.errors import DamageError, DiskError
+from quavsweep.errors import ConfigError, DamageError, DiskError
+from quavsweep.store.foreign import TRUST, ForeignFile
+from quavsweep.store.ledger import is_known
 from quavsweep.store.netcdf import DIGEST, attributes_of, content_digest, dims_of, read_values
-from quavsweep.store.publish import PatientFile, is_sealed
+from quavsweep.store.publish import PatientFile, is_sealed, seal_digest
 from quavsweep.store.stored import Part, Stored, Variables
 
 REBUILD = "run the sweep again to rebuild it"
+LARGEST = 2**31  # bytes of a file from elsewhere
 READING = (OSError, RuntimeError)  # what HDF5 raises where it cannot read
 BROKEN = (*READING, KeyError, ValueError, TypeError, AttributeError, IndexError)  # and what follows from lost structure
 
@@ -36,8 +43,12 @@ class SealedFile:
             self._raw = path.open("rb")
             weakref.finalize(self, self._raw.close)
             self._written = self._stamp()
+            known = is_known(seal_digest(self._raw))
+            if not known and self._written[0] > LARGEST:
+                raise ConfigError("is too large for a file from elsewhere", str(path), TRUST)
             if not is_sealed(self._raw):
                 raise DamageError("its bytes are not those that were written", str(path), REBUILD)
+        self.foreign = None if known else ForeignFile(self._raw, str(path))
 
     def _stamp(self) -> tuple[int, int]:
         """Return what changes when somebody writes into the file."""
@@ -85,6 +96,8 @@ class SealedFile:
         DamageError
             As `open`.
         """
+        if self.foreign is not None:
+            return self.foreign.read(name, part)
         with self.open() as file:
             with self._told():
                 dataset = file[name]
@@ -125,8 +138,11 @@ def check_result(path: Path) -> Stored:
         As `read_result`.
     """
     sealed = SealedFile(path)
-    with sealed.content() as file:
-        good = attributes_of(file).get(DIGEST) == content_digest(file)
+    if sealed.foreign is not None:
+        good = sealed.foreign.attributes.get(DIGEST) == sealed.foreign.digest()
+    else:
+        with sealed.content() as file:
+            good = attributes_of(file).get(DIGEST) == content_digest(file)
     if not good:
         raise DamageError("its content is not what was written", str(path), REBUILD)
     return _stored(sealed)
@@ -134,6 +150,10 @@ def check_result(path: Path) -> Stored:
 
 def _stored(sealed: SealedFile) -> Stored:
     """Return the content of a file; variables are read when they are asked for."""
+    if sealed.foreign is not None:
+        from quavsweep.store.fit import fitted  # what a file that was made here need not load
+
+        return fitted(sealed.foreign, sealed.path)
     with sealed.content() as file:
         names = tuple(sorted(file))
         return Stored(

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import io
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,10 +18,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from quavsweep.errors import DamageError, DiskError, IdentityError
 from quavsweep.grid import Tile
 from quavsweep.measures import Variable
 from quavsweep.provenance import Identity
+from quavsweep.store.mould import fill_shard
 from quavsweep.store.publish import publish_hdf5
 
 _NAME = re.compile(r"tile-(\d{7,})\.(\d+)(?:\.cells-([0-9a-f]{16}))?\.(\d+)\.([0-9a-f]{64})\.h5")
@@ -110,11 +109,8 @@ def write_shard(
         return folder / f"tile-{tile.index:07d}.{tile_cells}{cells}.{size}.{sha256}.h5"
 
     def write(file: h5py.File) -> None:
-        file.attrs["owner"] = identity.owner(folder.name)
-        file.attrs["subject"] = identity.subject
-        file.attrs["tile"] = np.array([tile.index, tile.start, tile.stop], dtype=np.int64)
-        for variable in variables:
-            file.create_dataset(variable.name, data=evidence[variable.name])
+        numbers = tile.index, tile.start, tile.stop
+        fill_shard(file, identity.owner(folder.name), identity.subject, numbers, variables, evidence)
 
     shard = _parse(publish_hdf5(name, write, in_memory=True))
     assert shard is not None
@@ -141,54 +137,6 @@ def _named(folder: Path, pattern: str = "tile-*.h5") -> list[Shard]:
 def _parse(path: Path) -> Shard | None:
     match = _NAME.fullmatch(path.name)
     return Shard(path, int(match[1]), int(match[2]), int(match[4]), match[5], match[3] or "") if match else None
-
-
-def read_shard(
-    shard: Shard, tile: Tile, variables: tuple[Variable, ...], extents: dict[str, int], identity: Identity
-) -> dict[str, np.ndarray]:
-    """Return a shard's evidence after its content has been verified.
-
-    Raises
-    ------
-    DamageError
-        If its bytes are not those that were published, or not those of this tile and identity.
-    IdentityError
-        If it was made for other values than those of the config beside it.
-    DiskError
-        If it may not be read.
-    """
-    try:
-        data = shard.path.read_bytes()
-    except PermissionError as error:
-        raise DiskError(f"cannot be read: {error.strerror}", str(shard.path)) from error
-    except OSError as error:
-        raise DamageError(f"cannot be read: {error.strerror}", str(shard.path)) from error
-    if hashlib.sha256(data).hexdigest() != shard.sha256:
-        raise DamageError("its bytes are not those that were written", str(shard.path))
-    with h5py.File(io.BytesIO(data), "r") as file:
-        described = list(file.attrs.get("tile", ()))
-        if file.attrs.get("owner") != identity.owner(shard.path.parent.name) or described != [
-            tile.index,
-            tile.start,
-            tile.stop,
-        ]:
-            raise DamageError("belongs to another tile or sweep", str(shard.path))
-        names = {variable.name for variable in variables}
-        if file.attrs.get("subject") != identity.subject or names != set(file):
-            raise IdentityError(
-                "was made with another config than config.yaml is now",
-                str(shard.path),
-                "delete config.yaml and run the sweep's own config, which writes it anew",
-            )
-        evidence = {variable.name: file[variable.name][()] for variable in variables}
-    n = len(evidence["cell"]) if shard.listed else len(tile)
-    if shard.listed and digest_of(evidence["cell"]) != shard.listed:
-        raise DamageError("holds other cells than its name tells", str(shard.path))
-    for variable in variables:
-        values = evidence[variable.name]
-        if values.shape != variable.shape(n, extents) or values.dtype != variable.dtype:
-            raise DamageError(f"{variable.name} has another shape or type", str(shard.path))
-    return evidence
 
 
 def set_aside(shard: Shard) -> None:

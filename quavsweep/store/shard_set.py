@@ -16,8 +16,9 @@ from quavsweep.errors import DamageError
 from quavsweep.grid import Tile
 from quavsweep.measures import Evidence
 from quavsweep.provenance import Identity
+from quavsweep.store.evidence import LARGEST, read_shard
 from quavsweep.store.folder import RunFolder
-from quavsweep.store.shard import Shard, digest_of, misfits, read_shard, scan_shards, set_aside, write_shard
+from quavsweep.store.shard import Shard, digest_of, misfits, scan_shards, set_aside, write_shard
 
 Block = tuple[slice, ...]
 UNKNOWN = 8192  # cells per tile for readers of a folder without shards
@@ -55,10 +56,12 @@ class ShardSet:
     def scan(cls, run: RunFolder, sweep: Sweep, identity: Identity, tile_cells: int = UNKNOWN) -> ShardSet:
         """Return the shards that a run's folder holds of a sweep; with none, tiles will have `tile_cells` cells."""
         folder = run.shards(identity.evidence, identity.toolchain)
-        found = [shard for shard in scan_shards(folder) if shard.end >= 0]
+        most = max(1, LARGEST // sweep.cell_bytes)  # a hostile name tells of tiles that no memory holds
+        found = [shard for shard in scan_shards(folder) if shard.end >= 0 and shard.tile_cells <= most]
         layouts = Counter(shard.tile_cells for shard in found)
         if layouts:
             tile_cells = max(layouts, key=lambda cells: (layouts[cells] * cells, cells))
+        tile_cells = min(tile_cells, most)
         shards = cls(folder, sweep, identity, tile_cells)
         for shard in sorted(found, key=lambda shard: shard.end):
             if shard.tile_cells == tile_cells:

@@ -63,6 +63,7 @@ class Stored:
     dims: dict[str, tuple[str, ...]]
     attributes: dict[str, dict[str, Any]]
     file_attributes: dict[str, Any]
+    foreign: bool = False  # whether it comes from elsewhere
 
     def part(self, name: str, part: Part) -> np.ndarray:
         """Return a part of a variable; where it lies in a file, no more of it is read."""

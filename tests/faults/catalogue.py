@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import disk, flip, kill, machine, step
+from tests.faults import disk, flip, kill, machine, step, untrusted
 from tests.faults.fault import Fault
 
-FAULTS: tuple[Fault, ...] = tuple(
-    sorted((*kill.FAULTS, *step.FAULTS, *disk.FAULTS, *flip.FAULTS, *machine.FAULTS), key=lambda fault: fault.key)
-)
+MODULES = (disk, flip, kill, machine, step, untrusted)
+FAULTS: tuple[Fault, ...] = tuple(sorted((f for module in MODULES for f in module.FAULTS), key=lambda f: f.key))
 
 
 def select(keys: Sequence[str]) -> list[Fault]:
