@@ -304,7 +304,7 @@ def test_a_large_description_is_not_read(sweep: Sweep, tmp_path: Path) -> None:
 def test_a_record_that_is_none_is_passed_over(tmp_path: Path) -> None:
     for text in ("[" * 100_000, "9" * 10_000, "\ufffd", json.dumps([1])):
         (tmp_path / "run.json").write_text(text)
-        assert RunFolder(tmp_path).read_record() == {}
+        assert RunFolder(tmp_path).read_starts() == []
 
 
 def test_nothing_that_is_printed_moves_the_cursor() -> None:

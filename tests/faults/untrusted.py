@@ -8,7 +8,8 @@ import numpy as np
 
 from tests.faults.arena import Arena
 from tests.faults.fault import Case, Fault
-from tests.faults.hostile import CORPUS, attack, attempt, hostile, make_canary, small_result
+from tests.faults.hostile import CORPUS, attack, attempt, hostile, make_canary
+from tests.faults.mutant import small_result
 
 
 def _attack(arena: Arena, cases: int) -> Iterator[Case]:
