@@ -35,7 +35,8 @@ def stop_on_signals(max_time: float | None) -> threading.Event:
     signal.set_wakeup_fd(tells, warn_on_full_buffer=False)
     os.register_at_fork(after_in_child=partial(signal.set_wakeup_fd, -1))
     for number in SIGNALS:
-        signal.signal(number, _leave_to_listener)
+        if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:  # as nohup wants it
+            signal.signal(number, _leave_to_listener)
     atexit.register(_ignore_signals)
     # A thread of its own hears of signals while the main thread is in a compiler or a library.
     threading.Thread(target=_listen, args=(hears, stop), name="quavsweep-stop", daemon=True).start()
