@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import kill, stop, worker
+from tests.faults import kill, layout, stop, worker
 from tests.faults.fault import Fault
 
-FAULTS: tuple[Fault, ...] = tuple(sorted((*kill.FAULTS, *stop.FAULTS, *worker.FAULTS), key=lambda fault: fault.key))
+FAULTS: tuple[Fault, ...] = tuple(
+    sorted((*kill.FAULTS, *layout.FAULTS, *stop.FAULTS, *worker.FAULTS), key=lambda fault: fault.key)
+)
 
 
 def select(keys: Sequence[str]) -> list[Fault]:

@@ -160,7 +160,7 @@ def _stop(arena: Arena, scene: Scene, place: Path) -> tuple[Case, bool]:
         victim.send(NUMBERS[way])
         victim.send(signal.SIGCONT)
         if "twice" in way:
-            victim.process.join(rng.uniform(0.02, 0.5))
+            victim.process.join(rng.uniform(0.005, 0.2))
             victim.send(signal.SIGINT)
     code = victim.wait()
     note = _wrong(way, heard, code, time.monotonic() - told)
