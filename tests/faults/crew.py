@@ -26,7 +26,7 @@ integrate: {{method: rk4, dt: 0.02, transient: 10, duration: 24000}}
 measures: {{lyapunov: {{exponents: 3, block: 5}}}}
 effort: {{max_duration: 60000, of: [undecided, chaos]}}
 """
-LARGE = Subject("crew", CREW.format(name="crew", num=40), 1)
+LARGE = Subject("crew", CREW.format(name="crew", num=28), 1)
 SMALL = Subject("squad", CREW.format(name="squad", num=12), 1)
 
 

@@ -15,7 +15,7 @@ from tests.faults.fault import Case, Fault
 from tests.faults.subject import SUBJECTS, Subject
 
 WORKERS = (1, 2, 3, 7)
-TILES = (1, 3, 16, 80)
+TILES = (5, 16, 80)
 LANES = (default_lanes(), 24)
 PUSH = 12
 
@@ -23,14 +23,14 @@ PUSH = 12
 def _attack(arena: Arena, cases: int) -> Iterator[Case]:
     for subject in SUBJECTS:
         arena.undisturbed(subject)
-    lanes = LANES if cases <= PUSH else (*LANES, 16, 40)
+    tiles, lanes = (TILES, LANES) if cases <= PUSH else ((1, 3, *TILES), (*LANES, 16, 40))
     with scheduled(arena.folder / "cluster") as site:
         for sites in itertools.repeat((*map(_threads, WORKERS), local(2), site)):
             for place in sites:
                 if cases == 0:
                     return
                 cases -= 1
-                yield _run(arena, arena.rng.choice(SUBJECTS), place, arena.rng.choice(TILES), arena.rng.choice(lanes))
+                yield _run(arena, arena.rng.choice(SUBJECTS), place, arena.rng.choice(tiles), arena.rng.choice(lanes))
 
 
 def _threads(workers: int) -> Site:

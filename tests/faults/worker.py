@@ -17,7 +17,18 @@ from quavsweep.executor import cluster
 from quavsweep.grid import Tile
 from tests.batch_cluster import batch_cluster
 from tests.faults.arena import HANG_SECONDS, Arena, sha256
-from tests.faults.crew import LARGE, SMALL, Site, has_kernel, local, scheduled, send, wait_for_shard, whole
+from tests.faults.crew import (
+    LARGE,
+    SMALL,
+    Site,
+    has_kernel,
+    have_children,
+    local,
+    scheduled,
+    send,
+    wait_for_shard,
+    whole,
+)
 from tests.faults.fault import Case, Fault
 from tests.faults.kill import litter
 from tests.faults.subject import Subject
@@ -25,8 +36,9 @@ from tests.faults.subject import Subject
 INTERVAL = 1.5, 3.5  # s between two kills
 LIMIT = 600.0  # s, in which a run is done that is under attack
 GONE_SECONDS = 60.0  # within which a run without a cluster has ended
+CONNECT_SECONDS_PUSH = 6.0  # instead of 25
 FROZEN_SECONDS = 60.0
-FROZEN_SECONDS_PUSH = 6.0
+FROZEN_SECONDS_PUSH = 4.0
 SIDE_BY_SIDE = 3  # runs that mostly wait
 PUSH = 3
 
@@ -113,14 +125,22 @@ def _side_by_side(attack: Callable[[str], Case], kinds: Iterable[str]) -> Iterat
 def _gone(arena: Arena, cases: int) -> Iterator[Case]:
     arena.undisturbed(whole(SMALL))
     kinds = itertools.islice(itertools.cycle(("workers", "scheduler", "all of it")), cases)
-    return _side_by_side(partial(_without_cluster, arena), kinds)
+    patience = cluster.CONNECT_SECONDS if cases > PUSH else CONNECT_SECONDS_PUSH
+    return _side_by_side(partial(_without_cluster, arena, patience), kinds)
 
 
-def _without_cluster(arena: Arena, kind: str) -> Case:
+def _impatient(seconds: float) -> None:
+    """Let a client without its scheduler give up so soon; to be called in a victim."""
+    have_children()
+    cluster.CONNECT_SECONDS = seconds
+    cluster.SETTINGS["distributed.comm.timeouts.connect"] = f"{seconds:g}s"
+
+
+def _without_cluster(arena: Arena, patience: float, kind: str) -> Case:
     """Return what becomes of a run whose workers are killed, whose scheduler is, or all of them."""
     with arena.place() as place, batch_cluster(place, {}, {}) as (file, running):
-        site = Site("scheduler", ("--scheduler-file", str(file), "--worker-timeout", "10s"))
-        victim = site.start(arena, SMALL, place)
+        arguments = ("--scheduler-file", str(file), "--worker-timeout", f"{patience:g}s")
+        victim = arena.start(SMALL, place, arguments, prepare=partial(_impatient, patience))
         wait_for_shard(victim)
         victim.process.join(arena.rng.uniform(0.0, 2.0))
         if victim.code is not None:
