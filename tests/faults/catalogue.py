@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import kill, layout, stop, worker
+from tests.faults import kill, layout, leak, stop, worker
 from tests.faults.fault import Fault
 
 FAULTS: tuple[Fault, ...] = tuple(
-    sorted((*kill.FAULTS, *layout.FAULTS, *stop.FAULTS, *worker.FAULTS), key=lambda fault: fault.key)
+    sorted((*kill.FAULTS, *layout.FAULTS, *leak.FAULTS, *stop.FAULTS, *worker.FAULTS), key=lambda fault: fault.key)
 )
 
 
