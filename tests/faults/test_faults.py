@@ -34,7 +34,7 @@ def _fault(*cases: Case) -> Fault:
 def test_a_fault_holds_if_every_case_survived_and_none_was_silent(case: Case, holds: bool) -> None:
     tally = Tally(_fault(case)).count([Case(True), case])
     assert tally.holds is holds
-    assert (case.note in told(tally)) is bool(case.note)
+    assert (f"WRONG: {case.note}" in told(tally)) is bool(case.note)
 
 
 def test_nothing_run_is_nothing_held() -> None:
