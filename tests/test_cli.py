@@ -192,6 +192,16 @@ def test_a_signal_stops_the_run_and_it_goes_on(config: Path, number: signal.Sign
         assert _run("run", config, "--no-plot", cwd=config.parent).returncode == 0
 
 
+def test_a_run_under_nohup_does_not_hear_of_the_end_of_its_terminal(config: Path) -> None:
+    words = ["nohup", *COMMAND, "run", str(config), "--no-plot"]
+    quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    with subprocess.Popen(words, cwd=config.parent, **quiet) as child:  # type: ignore[call-overload]
+        while child.poll() is None and not (config.parent / "results" / "small" / "config.yaml").exists():
+            time.sleep(0.01)
+        child.send_signal(signal.SIGHUP)
+        assert child.wait(timeout=60) == 0
+
+
 def test_max_time_stops_the_run_and_it_goes_on(config: Path) -> None:
     config.write_text(YAW.replace("num: 9", "num: 60").replace("num: 5", "num: 40").replace("600", "6000"))
     words = ["run", config, "--no-plot", "--max-time", "1.5s"]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -24,6 +22,7 @@ from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet
 from quavsweep.sweep import run_sweep
 from quavsweep.work import Errand, Order
+from tests.batch_cluster import batch_cluster
 from tests.conftest import YAW
 
 
@@ -41,30 +40,6 @@ def expected(sweep: Sweep, tmp_path_factory: pytest.TempPathFactory) -> bytes:
 def cluster() -> Iterator[Cluster]:
     with Cluster(processes=2) as opened:
         yield opened
-
-
-@contextlib.contextmanager
-def _scheduler(tmp_path: Path, *workers: dict[str, str]) -> Iterator[tuple[Path, list[subprocess.Popen[bytes]]]]:
-    """Start a scheduler and workers as a batch system does, each worker with some variables of its environment."""
-    file = tmp_path / "scheduler.json"
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    common = ["--scheduler-file", str(file)]
-    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
-    running = [subprocess.Popen([*dask, *common, "--host", "127.0.0.1", "--no-dashboard", "--port", "0"], **quiet)]  # type: ignore[call-overload]
-    try:
-        deadline = time.monotonic() + 30
-        while not file.exists() and time.monotonic() < deadline:
-            time.sleep(0.05)
-        for number, variables in enumerate(workers):
-            worker = [sys.executable, "-m", "distributed.cli.dask_worker", *common, "--no-nanny", "--no-dashboard"]
-            worker += ["--nthreads", "1", "--host", "127.0.0.1", "--name", str(number), "--memory-limit", "0"]
-            worker += ["--local-directory", str(tmp_path / f"worker-{number}"), "--death-timeout", "30"]
-            running.append(subprocess.Popen(worker, env={**os.environ, **variables}, **quiet))  # type: ignore[call-overload]
-        yield file, running
-    finally:
-        for process in running:
-            process.send_signal(signal.SIGKILL)
-            process.wait()
 
 
 def test_processes_give_the_bytes_of_threads(sweep: Sweep, expected: bytes, cluster: Cluster, tmp_path: Path) -> None:
@@ -111,11 +86,11 @@ def test_a_stop_is_quick_and_the_run_goes_on(sweep: Sweep, expected: bytes, clus
 
 def test_a_worker_of_another_toolchain_is_refused(sweep: Sweep, expected: bytes, tmp_path: Path) -> None:
     other = {"NUMBA_OPT": "2"}
-    one = _scheduler(tmp_path, other)
+    one = batch_cluster(tmp_path, other)
     with one as (file, _), Cluster(scheduler_file=file) as cluster, pytest.raises(RefusedError, match="toolchain"):
         run_sweep(sweep, tmp_path / "run", executor=cluster)
     (tmp_path / "both").mkdir()
-    with _scheduler(tmp_path / "both", other, {}) as (file, _), Cluster(scheduler_file=file) as cluster:
+    with batch_cluster(tmp_path / "both", other, {}) as (file, _), Cluster(scheduler_file=file) as cluster:
         assert run_sweep(sweep, tmp_path / "run", executor=cluster).read_bytes() == expected
 
 
@@ -123,7 +98,7 @@ def test_a_scheduler_that_dies_ends_the_run(
     sweep: Sweep, expected: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("quavsweep.executor.cluster.CONNECT_SECONDS", 5.0)
-    with _scheduler(tmp_path, {}) as (file, running), Cluster(scheduler_file=file) as cluster:
+    with batch_cluster(tmp_path, {}) as (file, running), Cluster(scheduler_file=file) as cluster:
         threading.Timer(1.5, running[0].kill).start()
         begin = time.monotonic()
         with pytest.raises(StoppedError, match="scheduler"):
@@ -133,7 +108,7 @@ def test_a_scheduler_that_dies_ends_the_run(
 
 
 def test_a_cluster_without_workers_is_not_waited_for(sweep: Sweep, tmp_path: Path) -> None:
-    none, wanted = _scheduler(tmp_path), pytest.raises(StoppedError, match="no worker for 1 s")
+    none, wanted = batch_cluster(tmp_path), pytest.raises(StoppedError, match="no worker for 1 s")
     with none as (file, _), Cluster(scheduler_file=file, worker_timeout=1.0) as cluster, wanted:
         run_sweep(sweep, tmp_path / "run", executor=cluster)
 

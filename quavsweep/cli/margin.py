@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import click
 
 from quavsweep.cli.option import PATH, changes_option, model_option
-from quavsweep.cli.run import max_time_option, stop_on_signals, workers_option
+from quavsweep.cli.run import max_time_option, workers_option
+from quavsweep.cli.stop import stop_on_signals
 from quavsweep.cli.text import COLUMNS, count, duration, say, table, warn
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from pathlib import Path
 import click
 
 from quavsweep.cli.option import PATH
-from quavsweep.cli.run import max_time_option, stop_on_signals, workers_option
+from quavsweep.cli.run import max_time_option, workers_option
+from quavsweep.cli.stop import stop_on_signals
 from quavsweep.cli.text import duration, say, table, warn
 from quavsweep.errors import TilesFailedError
 

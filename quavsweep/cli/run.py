@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import signal
 import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from quavsweep.cli.describe import described, shares
 from quavsweep.cli.option import PATH, Seconds, changes_option, model_option
-from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, amount, count, duration, say, table, warn
+from quavsweep.cli.stop import stop_on_signals
+from quavsweep.cli.text import amount, count, duration, say, table, warn
 from quavsweep.errors import ConfigError, QuavsweepError, TilesFailedError
 
 if TYPE_CHECKING:
@@ -256,21 +255,3 @@ def _preview(sweep: Sweep, out: Path | None, workers: int, stop: threading.Event
 def _disk(shards: int, result: int, free: int) -> str:
     short = "; NOT ENOUGH" if shards + result > free else ""
     return f"{amount(shards)} for shards, at most {amount(result)} for the result; {amount(free)} free{short}"
-
-
-def stop_on_signals(max_time: float | None) -> threading.Event:
-    """Return an event that Ctrl-C, SIGTERM, SIGHUP, SIGUSR1 or the end of the time set; a second Ctrl-C ends it all."""
-    stop = threading.Event()
-
-    def handle(number: int, frame: Any) -> None:
-        if stop.is_set() and number == signal.SIGINT:
-            os._exit(EXIT_SECOND_INTERRUPT)
-        stop.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1):
-        signal.signal(number, handle)
-    if max_time is not None:
-        timer = threading.Timer(max_time, stop.set)
-        timer.daemon = True
-        timer.start()
-    return stop

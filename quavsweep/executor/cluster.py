@@ -169,6 +169,7 @@ class Cluster:
                     continue
                 tile = running.pop(future)
                 receipt = watch.receipt(future, tile)
+                future.release()  # or the scheduler has it done again when the worker dies that did it
                 if receipt is None:
                     waiting.appendleft(tile)
                 else:

@@ -36,6 +36,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.environ.setdefault("QUAVSWEEP_CACHE", f"{folder}/cache")
         for fault in faults:
             cases = options.cases or (fault.push if options.push else fault.demand)
+            if not cases:
+                continue
             tallies.append(run(fault, Path(folder), cases, options.seed))
             print(told(tallies[-1]), flush=True)
             add(options.json, tallies[-1:], options.seed)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import disk, flip, kill, machine, step, untrusted
+from tests.faults import disk, flip, kill, layout, leak, machine, step, stop, untrusted, worker
 from tests.faults.fault import Fault
 
-MODULES = (disk, flip, kill, machine, step, untrusted)
+MODULES = (disk, flip, kill, layout, leak, machine, step, stop, untrusted, worker)
 FAULTS: tuple[Fault, ...] = tuple(sorted((f for module in MODULES for f in module.FAULTS), key=lambda f: f.key))
 
 

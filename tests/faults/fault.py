@@ -45,7 +45,7 @@ class Fault:
         As `F01`.
     title : str
     push, demand : int
-        Number of cases by every run of the tests, and by `python -m tests.faults`.
+        Number of cases by every run of the tests, 0 if they make none, and by `python -m tests.faults`.
     attack : callable
         Takes the arena and a number of cases and yields about so many.
     whole : callable

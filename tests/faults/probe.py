@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-NAMES = ("begun", "integrating", "publishing", "consolidating")
+NAMES = ("begun", "integrating", "publishing", "consolidating", "checking", "going on")
 
 
 class Probe:

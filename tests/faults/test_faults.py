@@ -13,7 +13,7 @@ from tests.faults.fault import Case, Fault, Tally
 from tests.faults.record import read, table, told
 
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.key)
+@pytest.mark.parametrize("fault", [fault for fault in FAULTS if fault.push], ids=lambda fault: fault.key)
 def test_promises_hold(fault: Fault, tmp_path: Path) -> None:
     seed = time.time_ns() // 10**6
     tally = attacks.run(fault, tmp_path, fault.push, seed)
@@ -34,7 +34,7 @@ def _fault(*cases: Case) -> Fault:
 def test_a_fault_holds_if_every_case_survived_and_none_was_silent(case: Case, holds: bool) -> None:
     tally = Tally(_fault(case)).count([Case(True), case])
     assert tally.holds is holds
-    assert (case.note in told(tally)) is bool(case.note)
+    assert (f"WRONG: {case.note}" in told(tally)) is bool(case.note)
 
 
 def test_nothing_run_is_nothing_held() -> None:

@@ -10,7 +10,7 @@ import random
 import signal
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 
@@ -27,9 +27,12 @@ from quavsweep.cli import main
 from tests.faults.probe import Probe
 from tests.faults.subject import SUBJECTS, Subject
 
+STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1)
+
 
 def warm() -> None:
     """Run the sweeps once, so that what is forked from here has read, imported and compiled everything."""
+    handlers = {number: signal.getsignal(number) for number in STOPS}
     with tempfile.TemporaryDirectory() as folder, open(os.devnull, "w") as nowhere:
         for subject in SUBJECTS:
             config = Path(folder) / f"{subject.name}.yaml"
@@ -37,9 +40,18 @@ def warm() -> None:
             sys.argv = ["quavsweep", "run", str(config), "--out", f"{folder}/{subject.name}", "--no-plot"]
             with redirect_stdout(nowhere), redirect_stderr(nowhere), suppress(SystemExit):
                 main()
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
 
 
-def attend(subject: Subject, arguments: Sequence[str], folder: Path, seed: int, gated: bool) -> None:
+def attend(
+    subject: Subject,
+    arguments: Sequence[str],
+    folder: Path,
+    seed: int,
+    gated: bool,
+    prepare: Callable[[], None] | None = None,
+) -> None:
     """Carry out a command on a sweep; what it prints goes to a file.
 
     Parameters
@@ -50,6 +62,8 @@ def attend(subject: Subject, arguments: Sequence[str], folder: Path, seed: int, 
         Of the order of tiles.
     gated : bool
         Whether to stop itself first, until it is told to go on.
+    prepare : callable
+        Called before.
     """
     handle = os.open(folder / "out", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
     os.dup2(handle, 1)
@@ -57,6 +71,8 @@ def attend(subject: Subject, arguments: Sequence[str], folder: Path, seed: int, 
     sys.stdout, sys.stderr = (open(number, "w", closefd=False, buffering=1) for number in (1, 2))  # noqa: SIM115
     _arrange(subject, Probe(folder / "probe"), seed)
     sys.argv = ["quavsweep", *arguments]
+    if prepare is not None:
+        prepare()
     if gated:
         os.kill(os.getpid(), signal.SIGSTOP)
     code = 1
