@@ -10,7 +10,7 @@ import random
 import shutil
 import signal
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
@@ -21,6 +21,8 @@ from tests.faults.probe import Probe
 from tests.faults.subject import SUBJECTS, Subject
 
 HANG_SECONDS = 120.0
+
+Prepare = Callable[[], None]
 
 
 def sha256(path: Path) -> str:
@@ -151,22 +153,40 @@ class Arena:
             path.write_text(subject.text)
         return path
 
-    def start(self, subject: Subject, place: Path, arguments: Sequence[str] = (), *, gated: bool = False) -> Victim:
+    def start(
+        self,
+        subject: Subject,
+        place: Path,
+        arguments: Sequence[str] = (),
+        *,
+        gated: bool = False,
+        prepare: Prepare | None = None,
+    ) -> Victim:
         """Start `quavsweep run` of a sweep into `place/run`, in small tiles in a new random order.
 
         Parameters
         ----------
         gated : bool
             Whether the process stops itself before it begins, until SIGCONT.
+        prepare : callable
+            Called in the process before it begins; a function of a module, or a partial one.
         """
         Probe(place / "probe").begin()
         command = ["run", str(self.config(subject)), "--out", str(place / "run"), "--no-plot", *arguments]
-        return self.command(subject, place, command, gated=gated)
+        return self.command(subject, place, command, gated=gated, prepare=prepare)
 
-    def command(self, subject: Subject, place: Path, command: Sequence[str], *, gated: bool = False) -> Victim:
-        """Start a command of quavsweep."""
-        seed = self.rng.getrandbits(32)
-        process = _server().Process(target=_attend, args=(subject, list(command), place, seed, gated), daemon=True)
+    def command(
+        self,
+        subject: Subject,
+        place: Path,
+        command: Sequence[str],
+        *,
+        gated: bool = False,
+        prepare: Prepare | None = None,
+    ) -> Victim:
+        """Start a command of quavsweep, as `start` does."""
+        arguments = (subject, list(command), place, self.rng.getrandbits(32), gated, prepare)
+        process = _server().Process(target=_attend, args=arguments, daemon=True)
         process.start()
         return Victim(process, place)
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import kill
+from tests.faults import kill, lock
 from tests.faults.fault import Fault
 
-FAULTS: tuple[Fault, ...] = tuple(sorted(kill.FAULTS, key=lambda fault: fault.key))
+FAULTS: tuple[Fault, ...] = tuple(
+    sorted((*kill.FAULTS, *lock.FAULTS), key=lambda fault: fault.key)
+)
 
 
 def select(keys: Sequence[str]) -> list[Fault]:

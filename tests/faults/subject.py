@@ -28,6 +28,16 @@ axes:
 integrate: {method: rk4, dt: 0.02, transient: 10, duration: 30}
 measures: {lyapunov: {exponents: 3, block: 5}}
 """
+# Where the sweep does not matter, this one takes half a second.
+QUICK = """
+name: quick
+model: lorenz
+initial: {x: 1.0, y: 1.0, z: 20.0}
+axes:
+  rho: {start: 0.5, stop: 620, num: 16}
+integrate: {method: rk4, dt: 0.02, transient: 2, duration: 6}
+measures: {lyapunov: {exponents: 3, block: 5}}
+"""
 TILE_CELLS = 5
 
 
@@ -51,3 +61,4 @@ class Subject:
 
 
 SUBJECTS = (Subject("grid", GRID), Subject("ensemble", ENSEMBLE))
+SMALL = Subject("quick", QUICK)

@@ -9,7 +9,7 @@ import os
 import random
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import quavsweep.overview
@@ -35,7 +35,14 @@ def warm() -> None:
         identify(subject.sweep)
 
 
-def attend(subject: Subject, arguments: Sequence[str], folder: Path, seed: int, gated: bool) -> None:
+def attend(
+    subject: Subject,
+    arguments: Sequence[str],
+    folder: Path,
+    seed: int,
+    gated: bool,
+    prepare: Callable[[], None] | None = None,
+) -> None:
     """Carry out a command on a sweep; what it prints goes to a file.
 
     Parameters
@@ -46,6 +53,8 @@ def attend(subject: Subject, arguments: Sequence[str], folder: Path, seed: int, 
         Of the order of tiles.
     gated : bool
         Whether to stop itself first, until it is told to go on.
+    prepare : callable
+        Called before.
     """
     handle = os.open(folder / "out", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
     os.dup2(handle, 1)
@@ -53,6 +62,8 @@ def attend(subject: Subject, arguments: Sequence[str], folder: Path, seed: int, 
     sys.stdout, sys.stderr = (open(number, "w", closefd=False, buffering=1) for number in (1, 2))  # noqa: SIM115
     _arrange(subject, Probe(folder / "probe"), seed)
     sys.argv = ["quavsweep", *arguments]
+    if prepare is not None:
+        prepare()
     if gated:
         os.kill(os.getpid(), signal.SIGSTOP)
     code = 1
