@@ -10,7 +10,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from quavsweep.errors import ModelError
-from quavsweep.kernels.cache import cache_folder, write_once
+from quavsweep.kernels.cache import cache_folder, read_sealed, write_sealed
 from quavsweep.kernels.described import DescribedModel
 from quavsweep.kernels.program import Program
 from quavsweep.kernels.syntax import syntax_digest
@@ -71,7 +71,7 @@ def keep_program(model: Model, text: str) -> None:
     key = _key(model, _sources)
     path = cache_folder() / f"program_{key[:32]}.json" if key else None
     if path is not None and not path.exists():
-        write_once(path, Program.from_json(text).to_json())
+        write_sealed(path, Program.from_json(text).to_json())
 
 
 def _cached(kind: str, key: str | None, derived: Callable[[], Program]) -> Program:
@@ -80,10 +80,10 @@ def _cached(kind: str, key: str | None, derived: Callable[[], Program]) -> Progr
         return derived()
     path = cache_folder() / f"{kind}_{key[:32]}.json"
     try:
-        return Program.from_json(path.read_text())
+        return Program.from_json(read_sealed(path))
     except (OSError, ValueError, TypeError, KeyError):
         program = derived()
-        write_once(path, program.to_json())
+        write_sealed(path, program.to_json())
         return program
 
 
