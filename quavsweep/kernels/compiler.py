@@ -11,7 +11,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from quavsweep.kernels.cache import cache_folder, check_machine_code, discard_machine_code, seal_machine_code, write_once
+from quavsweep.kernels.cache import (
+    cache_folder,
+    check_machine_code,
+    discard_machine_code,
+    seal_machine_code,
+    write_once,
+)
 from quavsweep.kernels.layout import Layout
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.printer import print_kernel

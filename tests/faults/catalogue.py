@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import cache, kill, lock
+from tests.faults import cache, identity, kill, lock
 from tests.faults.fault import Fault
 
 FAULTS: tuple[Fault, ...] = tuple(
-    sorted((*cache.FAULTS, *kill.FAULTS, *lock.FAULTS), key=lambda fault: fault.key)
+    sorted(
+        (
+            *cache.FAULTS,
+            *identity.FAULTS,
+            *kill.FAULTS,
+            *lock.FAULTS,
+        ),
+        key=lambda fault: fault.key,
+    )
 )
 
 
