@@ -96,6 +96,8 @@ def run_sweep(
         identity = identify(sweep)
         check_folder(folder, sweep, identity, accept_toolchain, longer)
         shards = ShardSet.scan(folder, sweep, identity, tile_cells or choose_tile_cells(plan))
+        if shards.doubles:
+            shards.discard_damaged()  # one of them at least is not what it seems
         _check_disk(folder, shards)
         record = {"started": time.time(), "evidence": evidence_parts(sweep), "toolchain": toolchain(), **machine()}
         folder.write_model(sweep.model)

@@ -39,7 +39,10 @@ def status(folder: Path, as_json: bool, watch: bool) -> None:
     if watch:
         _watch(lookout, as_json)
         return
-    say(_shown(lookout.look(), as_json))
+    overview = lookout.look()
+    for sentence in overview.ignored:
+        warn(f"warning: {sentence}")
+    say(_shown(overview, as_json))
 
 
 def _shown(overview: Overview, as_json: bool) -> str:
@@ -96,6 +99,8 @@ def verify(folder: Path) -> None:
     from quavsweep.verify import verify_folder
 
     verdict = verify_folder(folder)
+    for sentence in verdict.ignored:
+        warn(f"warning: {sentence}")
     for sentence in verdict.damaged:
         warn(sentence)
     if verdict.damaged:

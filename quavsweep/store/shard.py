@@ -136,6 +136,11 @@ def _named(folder: Path, pattern: str = "tile-*.h5") -> list[Shard]:
     return [shard for shard in shards if shard is not None]
 
 
+def is_shard_name(name: str) -> bool:
+    """Whether a file bears the name of a shard."""
+    return _NAME.fullmatch(name) is not None
+
+
 def _parse(path: Path) -> Shard | None:
     match = _NAME.fullmatch(path.name)
     return Shard(path, int(match[1]), int(match[2]), int(match[4]), match[5], match[3] or "") if match else None
@@ -163,7 +168,7 @@ def read_shard(
         raise DamageError(f"cannot be read: {error.strerror}", str(shard.path)) from error
     if hashlib.sha256(data).hexdigest() != shard.sha256:
         raise DamageError("its bytes are not those that were written", str(shard.path))
-    with h5py.File(io.BytesIO(data), "r") as file:
+    with _opened(shard, data) as file:
         described = list(file.attrs.get("tile", ()))
         if file.attrs.get("owner") != identity.owner(shard.path.parent.name) or described != [
             tile.index,
@@ -187,6 +192,14 @@ def read_shard(
         if values.shape != variable.shape(n, extents) or values.dtype != variable.dtype:
             raise DamageError(f"{variable.name} has another shape or type", str(shard.path))
     return evidence
+
+
+def _opened(shard: Shard, data: bytes) -> h5py.File:
+    """Return the open file of a shard's bytes."""
+    try:
+        return h5py.File(io.BytesIO(data), "r")
+    except OSError as error:
+        raise DamageError("is no shard", str(shard.path)) from error
 
 
 def set_aside(shard: Shard) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import cache, identity, kill, lock
+from tests.faults import cache, identity, kill, lock, stranger
 from tests.faults.fault import Fault
 
 FAULTS: tuple[Fault, ...] = tuple(
@@ -14,6 +14,7 @@ FAULTS: tuple[Fault, ...] = tuple(
             *identity.FAULTS,
             *kill.FAULTS,
             *lock.FAULTS,
+            *stranger.FAULTS,
         ),
         key=lambda fault: fault.key,
     )

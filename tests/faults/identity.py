@@ -11,7 +11,7 @@ from pathlib import Path
 import quavsweep.provenance
 from quavsweep.models import load_model
 from quavsweep.provenance import HASHED_MODULES, toolchain
-from tests.faults.arena import Arena, Prepare, sha256
+from tests.faults.arena import Arena, Prepare
 from tests.faults.fault import Case, Fault
 from tests.faults.kill import shard_files
 from tests.faults.subject import SMALL
