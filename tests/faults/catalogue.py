@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import cache, identity, kill, lock, stranger
+from tests.faults import cache, edit, identity, kill, lock, stranger
 from tests.faults.fault import Fault
 
 FAULTS: tuple[Fault, ...] = tuple(
     sorted(
         (
             *cache.FAULTS,
+            *edit.FAULTS,
             *identity.FAULTS,
             *kill.FAULTS,
             *lock.FAULTS,
