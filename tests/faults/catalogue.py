@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import cache, edit, identity, kill, lock, stranger
+from tests.faults import cache, cell, edit, identity, kill, lock, path, stranger
 from tests.faults.fault import Fault
 
 FAULTS: tuple[Fault, ...] = tuple(
     sorted(
         (
             *cache.FAULTS,
+            *cell.FAULTS,
             *edit.FAULTS,
             *identity.FAULTS,
             *kill.FAULTS,
             *lock.FAULTS,
+            *path.FAULTS,
             *stranger.FAULTS,
         ),
         key=lambda fault: fault.key,

@@ -14,7 +14,7 @@ from tests.faults.arena import Arena
 from tests.faults.fault import Case, Fault
 from tests.faults.subject import Subject
 
-# What `push` gives x, four terms take from it. Python's own cache of bytecode would not see an edit of the helper either.
+# What `push` gives x, four terms take from it. Python's own cache of bytecode would not see an edit of the helper.
 MODEL = """
 import sys
 from pathlib import Path
