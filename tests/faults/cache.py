@@ -107,4 +107,4 @@ def _case(arena: Arena, name: str, place: Path, good: Path) -> Case:
     return Case(not note, f"{name}: {note}" if note else "", silent=wrong, kinds=(name,))
 
 
-FAULTS = (Fault("F29", "the kernel cache is damaged, absent, or not to be trusted", 6, 60, _attack),)
+FAULTS = (Fault("F29", "the kernel cache is damaged, absent, or not to be trusted", 6, 40, _attack),)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import cache, cell, edit, identity, kill, lock, path, stranger
+from tests.faults import cache, cell, edit, identity, kill, lock, path, stranger, terminal
 from tests.faults.fault import Fault
 
 FAULTS: tuple[Fault, ...] = tuple(
@@ -18,6 +18,7 @@ FAULTS: tuple[Fault, ...] = tuple(
             *lock.FAULTS,
             *path.FAULTS,
             *stranger.FAULTS,
+            *terminal.FAULTS,
         ),
         key=lambda fault: fault.key,
     )

@@ -170,4 +170,4 @@ def _differences(
     return ""
 
 
-FAULTS = (Fault("F25", "cells that diverge, overflow, divide by zero, never settle", 6, 130, _attack),)
+FAULTS = (Fault("F25", "cells that diverge, overflow, divide by zero, never settle", 6, 65, _attack),)

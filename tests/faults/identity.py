@@ -164,5 +164,5 @@ def _resumed(arena: Arena, prepare: Prepare, says: str, place: Path, accept: boo
 
 FAULTS = (
     Fault("F13", "config.yaml of the run edited, damaged or deleted", 10, 60, _edited),
-    Fault("F27", "resumed under another engine, toolchain or model", 6, 60, _changed),
+    Fault("F27", "resumed under another engine, toolchain or model", 6, 40, _changed),
 )
