@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import cache, cell, edit, identity, kill, lock, path, stranger, terminal
+from tests.faults import cache, cell, config, edit, identity, kill, lock, path, stranger, terminal
 from tests.faults.fault import Fault
 
 FAULTS: tuple[Fault, ...] = tuple(
@@ -12,6 +12,7 @@ FAULTS: tuple[Fault, ...] = tuple(
         (
             *cache.FAULTS,
             *cell.FAULTS,
+            *config.FAULTS,
             *edit.FAULTS,
             *identity.FAULTS,
             *kill.FAULTS,
