@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import cache, cell, config, edit, identity, kill, lock, path, stranger, terminal
+from tests.faults import bomb, cache, cell, config, edit, identity, kill, lock, path, stranger, terminal
 from tests.faults.fault import Fault
 
 FAULTS: tuple[Fault, ...] = tuple(
     sorted(
         (
+            *bomb.FAULTS,
             *cache.FAULTS,
             *cell.FAULTS,
             *config.FAULTS,
