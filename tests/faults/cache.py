@@ -97,7 +97,8 @@ def _case(arena: Arena, name: str, place: Path, good: Path) -> Case:
     folder = UNWRITABLE
     if name != "unwritable":
         shutil.copytree(good, folder := place / "cache")
-    HARMS.get(name, lambda arena, folder: None)(arena, folder)
+    if name in HARMS:
+        HARMS[name](arena, folder)
     with read_only(folder) if name == "read-only" else contextlib.nullcontext():
         victim = arena.start(SMALL, place, prepare=partial(use_cache, folder))
         code = victim.wait()

@@ -101,7 +101,7 @@ def _attack(arena: Arena, cases: int) -> Iterator[Case]:
     (arena.folder / "odd.py").write_text(MODEL)
     with arena.place() as place:
         alone = _run(arena, GOOD, place, 3)
-        kinds = ["failed", "not computed", *reversed(BAD)]
+        kinds: list[Kind | str] = ["failed", "not computed", *reversed(BAD)]
         for number in range(cases):
             kind = kinds[number % len(kinds)]
             with arena.place() as case:

@@ -14,7 +14,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import quavsweep.cli
-from quavsweep.errors import QuavsweepError
+from quavsweep.errors import ConfigError
 from tests.broken_config import BASES, is_named
 from tests.faults.arena import Arena
 from tests.faults.fault import Case, Fault
@@ -95,7 +95,7 @@ def _mutant(arena: Arena, place: Path) -> Case:
         if command.code != 0:
             break
     note = _wrong(command, path)
-    named = isinstance(command.error, QuavsweepError) and is_named(broken, command.error)
+    named = isinstance(command.error, ConfigError) and is_named(broken, command.error)
     key = f"{broken.kind} of {'.'.join(broken.paths[0])}"
     return Case(not note, f"{key}: {note}" if note else "", kinds=("mutant", *([] if named else ["mutant not named"])))
 
