@@ -14,7 +14,7 @@ from quavsweep.codes import REGION, Status
 from quavsweep.config import Sweep, load_sweep
 from quavsweep.errors import DamageError, IdentityError
 from quavsweep.provenance import Identity, identify, subject
-from quavsweep.store import Failures, RunFolder, ShardSet, read_result
+from quavsweep.store import Failures, RunFolder, ShardSet, read_result, strangers
 
 LOOK_SECONDS = 0.15  # spent on reading shards of an unfinished run
 
@@ -36,6 +36,8 @@ class Overview:
         Path of the result; empty if there is none yet.
     holder : str
         Who is running it; empty if nobody is.
+    ignored : tuple of str
+        What lies in the folder and is not of this run.
     """
 
     sweep: Sweep
@@ -47,6 +49,7 @@ class Overview:
     looked_at: int
     result: str
     holder: str
+    ignored: tuple[str, ...]
 
     @property
     def complete(self) -> bool:
@@ -69,6 +72,7 @@ class Overview:
             "regions_of_cells": self.looked_at,
             "result": self.result or None,
             "running": self.holder or None,
+            "ignored": list(self.ignored),
         }
 
 
@@ -116,6 +120,7 @@ class Lookout:
             looked_at=int(count.sum()),
             result=str(folder.result) if finished else "",
             holder=folder.holder,
+            ignored=self._ignored(shards),
         )
 
     def _shards(self, sweep: Sweep) -> ShardSet | None:
@@ -138,6 +143,12 @@ class Lookout:
             return 0
         failures = Failures.scan(self.folder, shards.identity, shards.tile_cells)
         return sum(len(shards.tile(index)) for index in failures.traces)
+
+    def _ignored(self, shards: ShardSet | None) -> tuple[str, ...]:
+        """Return what lies in the folder and is not of this run."""
+        if shards is None:
+            return ()
+        return tuple(strangers(self.folder, shards.identity.evidence, shards.identity.toolchain))
 
     def _count(self, shards: ShardSet | None) -> np.ndarray:
         """Return the cells per region in the shards, as far as they can be read in a short time."""

@@ -89,6 +89,8 @@ def run_sweep(
         identity = identify(sweep)
         check_folder(folder, sweep, identity, accept_toolchain, longer)
         shards = ShardSet.scan(folder, sweep, identity, tile_cells or choose_tile_cells(plan))
+        if shards.doubles:
+            shards.discard_damaged()  # one of them at least is not what it seems
         _check_disk(folder, shards)
         failures = Failures.scan(folder, identity, shards.tile_cells)
         if retry_failed:

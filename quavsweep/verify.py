@@ -8,18 +8,19 @@ from pathlib import Path
 from quavsweep.config import load_sweep
 from quavsweep.errors import DamageError
 from quavsweep.provenance import identify
-from quavsweep.store import RunFolder, ShardSet, check_result
+from quavsweep.store import RunFolder, ShardSet, check_result, strangers
 from quavsweep.store.doubt import doubted
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a check found: shards looked at, tiles missing, whether there is a result, and what is damaged."""
+    """What a check found: shards looked at, tiles missing, whether there is a result, what is damaged and ignored."""
 
     shards: int
     missing: int
     result: bool
     damaged: tuple[str, ...]
+    ignored: tuple[str, ...]
 
 
 def verify_folder(path: Path, trust: bool = False) -> Verdict:
@@ -58,5 +59,6 @@ def _verdict(folder: RunFolder) -> Verdict:
                 damaged.append(f"{folder.result}: is the result of another sweep, engine or toolchain")
         except DamageError as error:
             damaged.append(str(error))
+    ignored = strangers(folder, identity.evidence, identity.toolchain)
     missing = len(shards.missing()) if shards.shards else -1
-    return Verdict(len(shards.shards), missing, has_result, tuple(damaged))
+    return Verdict(len(shards.shards), missing, has_result, tuple(damaged), tuple(ignored))

@@ -14,7 +14,7 @@ from quavsweep.cli.look import export, status, verify
 from quavsweep.cli.margin import margin
 from quavsweep.cli.paper import paper
 from quavsweep.cli.run import classify, extend, run
-from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, deafen, say, warn
+from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, deafen, prepare_streams, say, warn
 from quavsweep.cli.write import init, schema
 from quavsweep.errors import QuavsweepError
 
@@ -68,6 +68,7 @@ def main() -> NoReturn:
 
 
 def _main() -> int:
+    prepare_streams()
     show = "--traceback" in sys.argv
     arguments = [argument for argument in sys.argv[1:] if argument != "--traceback"]
     try:
@@ -77,9 +78,10 @@ def _main() -> int:
         return 0
     except (Exception, KeyboardInterrupt) as error:
         if show:
-            traceback.print_exc()
+            warn(traceback.format_exc().rstrip())
         message, code = _explain(error)
-        warn(f"quavsweep: {message}")
+        sentence = message.replace("\n", "\\n")  # that may be in the name of a file
+        warn(f"quavsweep: {sentence}")
         return code
     return 0
 

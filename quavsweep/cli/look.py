@@ -40,7 +40,10 @@ def status(folder: Path, as_json: bool, watch: bool) -> None:
     if watch:
         _watch(lookout, as_json)
         return
-    say(_shown(lookout.look(), as_json))
+    overview = lookout.look()
+    for sentence in overview.ignored:
+        warn(f"warning: {sentence}")
+    say(_shown(overview, as_json))
 
 
 def _shown(overview: Overview, as_json: bool) -> str:
@@ -106,6 +109,8 @@ def verify(folder: Path, trust: bool) -> None:
     from quavsweep.verify import verify_folder
 
     verdict = verify_folder(folder, trust)
+    for sentence in verdict.ignored:
+        warn(f"warning: {sentence}")
     for sentence in verdict.damaged:
         warn(sentence)
     if verdict.damaged:

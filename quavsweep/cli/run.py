@@ -215,8 +215,12 @@ def _finish(
 ) -> None:
     """Print what was found, and draw it."""
     from quavsweep.result import open_result
+    from quavsweep.store import RunFolder, strangers
 
     result = open_result(folder / "result.h5")
+    made_by = result.stored.file_attributes
+    for sentence in strangers(RunFolder(folder), made_by["evidence_id"], made_by["toolchain_id"]):
+        warn(f"warning: {sentence}")
     rows = [*shares(result), *accuracy, ("time", _speed(seconds, cells_run)), ("result", str(folder / "result.h5"))]
     if with_plot:
         from quavsweep.plot import draw

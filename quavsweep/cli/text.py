@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import io
 import os
 import re
 import sys
@@ -32,6 +33,19 @@ def say(text: object) -> None:
             raise DiskError("cannot be written: no space left", "standard output") from error
     except (ValueError, AttributeError):
         pass
+
+
+def prepare_streams() -> None:
+    """Open what is closed of standard input, output and error, and let the latter escape what they cannot encode.
+
+    A file of a run would get the number of a closed one, and libraries print to these numbers.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115 # for as long as the process lives
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def deafen() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
+import hashlib
 import os
 import shutil
 import stat
@@ -44,3 +46,54 @@ def write_once(path: Path, text: str) -> None:
     with os.fdopen(handle, "w") as file:
         file.write(text)
     os.replace(name, path)
+
+
+def write_sealed(path: Path, text: str) -> None:
+    """Write a file of the cache as `write_once` does, with a digest below the text."""
+    write_once(path, f"{text}\n{_digest(text.encode())}\n")
+
+
+def read_sealed(path: Path) -> str:
+    """Return the text of a file that `write_sealed` wrote.
+
+    Raises
+    ------
+    ValueError
+        If it is not what was written.
+    OSError
+        If it cannot be read.
+    """
+    text, _, digest = path.read_text().removesuffix("\n").rpartition("\n")
+    if _digest(text.encode()) != digest:
+        raise ValueError(f"{path} is not what was written")
+    return text
+
+
+def seal_machine_code(source: Path) -> None:
+    """Remember the bytes of the machine code that lies in the cache beside its source."""
+    with contextlib.suppress(OSError):
+        write_once(source.with_suffix(".seal"), _machine_code(source))
+
+
+def check_machine_code(source: Path) -> None:
+    """Discard machine code whose bytes are not those that were sealed: it would be run as it is."""
+    with contextlib.suppress(OSError, ValueError):
+        if source.with_suffix(".seal").read_text() == _machine_code(source):
+            return
+    discard_machine_code(source)
+
+
+def discard_machine_code(source: Path) -> None:
+    """Remove the machine code of a source; it is made again when it is loaded."""
+    for path in source.parent.glob(f"__pycache__/{source.stem}.*"):
+        path.unlink(missing_ok=True)
+
+
+def _machine_code(source: Path) -> str:
+    """Return a line of name and digest for each file of machine code."""
+    paths = sorted(source.parent.glob(f"__pycache__/{source.stem}.*"))
+    return "".join(f"{path.name} {_digest(path.read_bytes())}\n" for path in paths)
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()

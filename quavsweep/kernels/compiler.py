@@ -11,7 +11,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from quavsweep.kernels.cache import cache_folder, write_once
+from quavsweep.kernels.cache import (
+    cache_folder,
+    check_machine_code,
+    discard_machine_code,
+    seal_machine_code,
+    write_once,
+)
 from quavsweep.kernels.layout import Layout
 from quavsweep.kernels.method import ButcherTable
 from quavsweep.kernels.printer import print_kernel
@@ -55,6 +61,7 @@ def _load(source: str, function: str) -> Callable[..., None]:
     name = f"kernel_{digest[:32]}"
     path = cache_folder() / f"{name}.py"
     write_once(path, source)
+    check_machine_code(path)
     spec = importlib.util.spec_from_file_location(f"quavsweep_cache.{name}", path)
     assert spec is not None
     assert spec.loader is not None
@@ -64,9 +71,9 @@ def _load(source: str, function: str) -> Callable[..., None]:
         spec.loader.exec_module(module)
     except Exception:
         # Machine code in the cache that cannot be loaded is made again; an error that remains is a real one.
-        for stale in path.parent.glob(f"__pycache__/{name}*"):
-            stale.unlink(missing_ok=True)
+        discard_machine_code(path)
         spec.loader.exec_module(module)
+    seal_machine_code(path)
     compiled: Callable[..., None] = getattr(module, function)
     return compiled
 

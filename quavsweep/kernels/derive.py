@@ -85,6 +85,21 @@ def derive_observables(model: Model) -> Program:
     )
 
 
+def returned(model: Model) -> tuple[str, ...]:
+    """Return what equations, forcing period and observables of a model return for symbols, exactly, as text.
+
+    Raises
+    ------
+    ModelError
+        If one of them cannot be evaluated with symbols.
+    """
+    u, p, time = _symbols(model)
+    known = {**dict(zip((*model.state_names, *model.parameter_names), (*u, *p), strict=True)), "t": time}
+    values = [*_derivatives(model, u, p, time), _period(model, p)]
+    values += [_observed(observable, known) for observable in model.observables]
+    return tuple(sp.srepr(value) for value in values)
+
+
 def _observed(observable: Observable, known: dict[str, sp.Symbol]) -> sp.Expr:
     """Return an observable as an expression that can be compiled."""
     try:

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-from quavsweep.kernels.cache import cache_folder, write_once
+from quavsweep.errors import ModelError
+from quavsweep.kernels.cache import cache_folder, read_sealed, write_sealed
 from quavsweep.kernels.described import DescribedModel
 from quavsweep.kernels.program import Program
 from quavsweep.kernels.syntax import syntax_digest
@@ -70,7 +71,7 @@ def keep_program(model: Model, text: str) -> None:
     key = _key(model, _sources)
     path = cache_folder() / f"program_{key[:32]}.json" if key else None
     if path is not None and not path.exists():
-        write_once(path, Program.from_json(text).to_json())
+        write_sealed(path, Program.from_json(text).to_json())
 
 
 def _cached(kind: str, key: str | None, derived: Callable[[], Program]) -> Program:
@@ -79,18 +80,22 @@ def _cached(kind: str, key: str | None, derived: Callable[[], Program]) -> Progr
         return derived()
     path = cache_folder() / f"{kind}_{key[:32]}.json"
     try:
-        return Program.from_json(path.read_text())
+        return Program.from_json(read_sealed(path))
     except (OSError, ValueError, TypeError, KeyError):
         program = derived()
-        write_once(path, program.to_json())
+        write_sealed(path, program.to_json())
         return program
 
 
 def _key(model: Model, sources_of: Callable[[Model], tuple[str, ...]]) -> str | None:
-    """Return what a program depends on as a digest; None if the source of its functions is not to be had."""
+    """Return what a program depends on as a digest; None if that is not to be had.
+
+    A model of this package depends on its sources. Any other one may take its numbers from wherever it likes, other
+    files, data, what was typed before; only what its functions return for symbols tells them all.
+    """
     try:
-        sources = sources_of(model)
-    except (OSError, TypeError, ValueError):
+        sources = sources_of(model) if _is_ours(model) else _returned(model)
+    except (ModelError, OSError, RecursionError, TypeError, ValueError):
         return None
     parts = (
         *sources,
@@ -103,6 +108,19 @@ def _key(model: Model, sources_of: Callable[[Model], tuple[str, ...]]) -> str | 
         version("sympy"),
     )
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def _is_ours(model: Model) -> bool:
+    """Whether all functions of a model are of this package."""
+    functions = [model.rhs, model.forcing_period, *(observable.function for observable in model.observables)]
+    return all(str(getattr(f, "__module__", "")).startswith(_MODELS) for f in functions if f is not None)
+
+
+def _returned(model: Model) -> tuple[str, ...]:
+    """Return what all functions of a model return for symbols."""
+    from quavsweep.kernels.derive import returned
+
+    return ("symbols", *returned(model))
 
 
 def _sources(model: Model) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from quavsweep.store.sealed_file import check_result, read_result
 from quavsweep.store.shard import Shard, write_shard
 from quavsweep.store.shard_set import ShardSet
 from quavsweep.store.stored import Part, Stored, Variables
+from quavsweep.store.stranger import strangers
 
 __all__ = [
     "Failures",
@@ -29,6 +30,7 @@ __all__ = [
     "looks_published",
     "publish_bytes",
     "read_result",
+    "strangers",
     "write_copy",
     "write_shard",
 ]

@@ -134,6 +134,11 @@ def _named(folder: Path, pattern: str = "tile-*.h5") -> list[Shard]:
     return [shard for shard in shards if shard is not None]
 
 
+def is_shard_name(name: str) -> bool:
+    """Whether a file bears the name of a shard."""
+    return _NAME.fullmatch(name) is not None
+
+
 def _parse(path: Path) -> Shard | None:
     match = _NAME.fullmatch(path.name)
     return Shard(path, int(match[1]), int(match[2]), int(match[4]), match[5], match[3] or "") if match else None

@@ -42,6 +42,8 @@ class ShardSet:
         Of all cells of a tile at the last of the earlier ends, by number of the tile.
     passes : dict
         Of cells that went on beyond the end of the sweep, by number of the tile, end, and digest of their list.
+    doubles : list
+        Where there are several of a kind, all but one; none of them is read, but by whoever looks for damage.
     """
 
     folder: Path
@@ -51,6 +53,7 @@ class ShardSet:
     shards: dict[int, Shard] = field(default_factory=dict)
     begun: dict[int, Shard] = field(default_factory=dict)
     passes: dict[tuple[int, int, str], Shard] = field(default_factory=dict)
+    doubles: list[Shard] = field(default_factory=list)
 
     @classmethod
     def scan(cls, run: RunFolder, sweep: Sweep, identity: Identity, tile_cells: int = UNKNOWN) -> ShardSet:
@@ -100,12 +103,17 @@ class ShardSet:
 
     def add(self, shard: Shard) -> None:
         """Take a shard in; of the earlier stages of a tile the last one added counts."""
+        before: Shard | None = None
         if shard.listed:
-            self.passes[(shard.tile, shard.end, shard.listed)] = shard
+            before = self.passes.get(key := (shard.tile, shard.end, shard.listed))
+            self.passes[key] = shard
         elif shard.end == self.end:
+            before = self.shards.get(shard.tile)
             self.shards[shard.tile] = shard
         elif shard.end < self.end:
             self.begun[shard.tile] = shard
+        if before not in (None, shard):
+            self.doubles.append(before)
 
     def write(self, tile: Tile, evidence: Evidence, begin: int, end: int) -> Shard:
         """Publish the evidence of a tile, or of some of its cells, that a stage led from one step to another.
@@ -165,16 +173,17 @@ class ShardSet:
 
     def __iter__(self) -> Iterator[Shard]:
         """Yield every shard."""
-        yield from (*self.shards.values(), *self.begun.values(), *self.passes.values())
+        yield from (*self.shards.values(), *self.begun.values(), *self.passes.values(), *self.doubles)
 
     def discard_damaged(self) -> list[int]:
         """Verify every shard, set the damaged ones aside, and return the numbers of their tiles."""
         damaged = {shard for shard, _ in self._damaged()}
         for shard in damaged:
             set_aside(shard)
-        self.shards = {key: shard for key, shard in self.shards.items() if shard not in damaged}
-        self.begun = {key: shard for key, shard in self.begun.items() if shard not in damaged}
-        self.passes = {key: shard for key, shard in self.passes.items() if shard not in damaged}
+        kept = sorted({*self} - damaged, key=lambda shard: (shard.end, shard.path))
+        self.shards, self.begun, self.passes, self.doubles = {}, {}, {}, []
+        for shard in kept:
+            self.add(shard)
         return sorted({shard.tile for shard in damaged})
 
     def damage(self) -> dict[int, str]:

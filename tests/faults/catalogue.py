@@ -4,10 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import disk, flip, kill, layout, leak, machine, step, stop, untrusted, worker
+from tests.faults import (
+    bomb,
+    cache,
+    cell,
+    config,
+    disk,
+    edit,
+    flip,
+    identity,
+    kill,
+    layout,
+    leak,
+    lock,
+    machine,
+    path,
+    step,
+    stop,
+    stranger,
+    terminal,
+    untrusted,
+    worker,
+)
 from tests.faults.fault import Fault
 
-MODULES = (disk, flip, kill, layout, leak, machine, step, stop, untrusted, worker)
+MODULES = (
+    *(bomb, cache, cell, config, disk, edit, flip, identity, kill, layout),
+    *(leak, lock, machine, path, step, stop, stranger, terminal, untrusted, worker),
+)
 FAULTS: tuple[Fault, ...] = tuple(sorted((f for module in MODULES for f in module.FAULTS), key=lambda f: f.key))
 
 

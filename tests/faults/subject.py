@@ -38,6 +38,16 @@ axes:
 integrate: {method: rk4, dt: 0.02, transient: 2, duration: 6}
 measures: {lyapunov: {exponents: 3, block: 5}}
 """
+# Where the sweep does not matter, this one takes half a second.
+QUICK = """
+name: quick
+model: lorenz
+initial: {x: 1.0, y: 1.0, z: 20.0}
+axes:
+  rho: {start: 0.5, stop: 620, num: 16}
+integrate: {method: rk4, dt: 0.02, transient: 2, duration: 6}
+measures: {lyapunov: {exponents: 3, block: 5}}
+"""
 TILE_CELLS = 5
 
 
