@@ -73,7 +73,8 @@ class Machine(RuleBasedStateMachine):
         self.errors = THRESHOLDS[0]
         self.known: set[Path] = set()
         self.touched: set[Path] = set()
-        self.result_touched = self.config_touched = False
+        self.config_touched = False
+        self.good: bytes | None = None  # the result before it was damaged
 
     def teardown(self) -> None:
         """Complete the run: whatever befell it, it ends with the same bytes."""
@@ -97,7 +98,7 @@ class Machine(RuleBasedStateMachine):
         self._all_is_well()
 
     def _all_is_well(self) -> None:
-        self.touched, self.result_touched = set(), False
+        self.touched, self.good = set(), None
 
     @invariant()
     def every_shard_is_valid_and_none_is_lost(self) -> None:
@@ -175,9 +176,16 @@ class Machine(RuleBasedStateMachine):
     @rule(bit=st.integers(0, 2**30))
     def damage_the_result(self, bit: int) -> None:
         """Flip a bit of the result."""
-        if (self.run / "result.h5").is_file():
-            self._flip(self.run / "result.h5", bit)
-            self.result_touched = True
+        path = self.run / "result.h5"
+        if path.is_file():
+            self.good = self.good or path.read_bytes()
+            self._flip(path, bit)
+
+    @property
+    def result_touched(self) -> bool:
+        """Whether there is a result that is damaged."""
+        path = self.run / "result.h5"
+        return self.good is not None and path.is_file() and path.read_bytes() != self.good
 
     def _flip(self, path: Path, bit: int) -> None:
         data = bytearray(path.read_bytes())
@@ -200,9 +208,9 @@ class Machine(RuleBasedStateMachine):
         path = self.run / "config.yaml"
         if path.exists():
             path.unlink()
+            self.config_touched = not whole
             if not whole:
                 path.write_text("nonsense: [")
-                self.config_touched = True
 
     @rule()
     @precondition(lambda self: self.config_touched)
@@ -250,8 +258,8 @@ class Machine(RuleBasedStateMachine):
             return
         with suppress(IdentityError):
             damaged = bool(verify_folder(self.run).damaged)
-            there = any(path.is_file() for path in self.touched & shard_files(self.run))
-            assert damaged or not (there or (self.result_touched and (self.run / "result.h5").exists())), "not found"
+            there = invalid({path for path in self.touched & shard_files(self.run) if path.is_file()})
+            assert damaged or not (there or self.result_touched), "not found"
 
     @rule()
     def look(self) -> None:
@@ -263,7 +271,7 @@ class Machine(RuleBasedStateMachine):
             result["region"], result["final_state"]
         except QuavsweepError:
             return
-        assert not (self.result_touched and (self.run / "result.h5").exists()), "a damaged result was opened"
+        assert not self.result_touched, "a damaged result was opened"
 
 
 def _attack(arena: Arena, cases: int) -> Iterator[Case]:
