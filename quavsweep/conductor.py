@@ -10,15 +10,13 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
 
-import numpy as np
-
-from quavsweep.codes import Status
+from quavsweep.codes import STATUS, Status
 from quavsweep.errors import STOPPED, DamageError, DiskError, StoppedError, TilesFailedError
 from quavsweep.executor import Executor, Receipt, Task, Threads
 from quavsweep.grid import Tile
 from quavsweep.plan import Plan
 from quavsweep.progress import Progress
-from quavsweep.store import Failures, Journal, RunFolder, Shard, ShardSet, read_result
+from quavsweep.store import Failures, Journal, RunFolder, Shard, ShardSet, code_counts, read_result
 from quavsweep.store.outcome import write_outcome
 from quavsweep.tiling import spread
 from quavsweep.work import Errand, Order, Worker
@@ -200,8 +198,9 @@ def consolidate(
     if not missing and shards.sweep.config.effort is None:
         with contextlib.suppress(FileNotFoundError, DamageError):
             stored = read_result(folder.result)
-            whole = not np.isin(stored.data["status"], (Status.NOT_COMPUTED, Status.FAILED)).any()
-            if whole and stored.file_attributes["result_id"] == shards.identity.result:
+            ours = stored.file_attributes["result_id"] == shards.identity.result
+            count = code_counts(stored, "status", STATUS) if ours else None
+            if count is not None and not count[[Status.NOT_COMPUTED, Status.FAILED]].any():
                 return None if shards.discard_damaged() else 0
     progress.stage = "writing the result"
     try:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from quavsweep.codes import Status
+from quavsweep.codes import STATUS, Status
 from quavsweep.config import Sweep, dump_config, load_sweep, parse_sweep
 from quavsweep.config.schema import ENSEMBLE
 from quavsweep.errors import ConfigError, DamageError
@@ -18,7 +18,7 @@ from quavsweep.grid import Axis, Grid
 from quavsweep.kernels.description import read_description
 from quavsweep.models import Model
 from quavsweep.provenance import identify
-from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, looks_published, read_result
+from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, code_counts, looks_published, read_result
 from quavsweep.store.outcome import DESCRIPTION, HORIZON, outcome_so_far
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class Result:
     @property
     def complete(self) -> bool:
         """Whether every cell has been computed."""
-        return not bool((self["status"] == Status.NOT_COMPUTED).any())
+        return not code_counts(self.stored, "status", STATUS)[Status.NOT_COMPUTED]
 
     def at(self, **values: float) -> Result:
         """Return the result with these axes left out, at their values nearest to those given.

@@ -4,6 +4,7 @@
 """
 
 from quavsweep.store.admission import check_folder
+from quavsweep.store.census import code_blocks, code_counts
 from quavsweep.store.failure import Failures
 from quavsweep.store.folder import RunFolder
 from quavsweep.store.journal import Journal
@@ -26,6 +27,8 @@ __all__ = [
     "block_cells",
     "check_folder",
     "check_result",
+    "code_blocks",
+    "code_counts",
     "looks_published",
     "publish_bytes",
     "read_result",
