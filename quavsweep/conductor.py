@@ -145,8 +145,15 @@ class Conductor:
         if isinstance(self.executor, Threads):
             worker = Worker(self.plan, self.shards)
             return lambda tile: partial(worker, tile)
-        order = Order.of(self.plan, self.shards, self.folder.path)
-        return lambda tile: Errand(order, tile, check=self.progress.step_error is None)
+        order, begun = Order.of(self.plan, self.shards, self.folder.path), set[int]()
+
+        def errand(tile: Tile) -> Errand:
+            # A tile that is begun again was lost with its worker, which may have published it.
+            known = None if tile.index in begun else self.shards.names(tile.index)
+            begun.add(tile.index)
+            return Errand(order, tile, self.progress.step_error is None, known)
+
+        return errand
 
     def _take(self, receipt: Receipt, fresh: bool) -> None:
         """Take in what became of a tile."""

@@ -17,7 +17,16 @@ from quavsweep.grid import Tile
 from quavsweep.measures import Evidence
 from quavsweep.provenance import Identity
 from quavsweep.store.folder import RunFolder
-from quavsweep.store.shard import Shard, digest_of, misfits, read_shard, scan_shards, set_aside, write_shard
+from quavsweep.store.shard import (
+    Shard,
+    digest_of,
+    known_shards,
+    misfits,
+    read_shard,
+    scan_shards,
+    set_aside,
+    write_shard,
+)
 
 Block = tuple[slice, ...]
 UNKNOWN = 8192  # cells per tile for readers of a folder without shards
@@ -40,7 +49,7 @@ class ShardSet:
     begun : dict
         Of all cells of a tile at the last of the earlier ends, by number of the tile.
     passes : dict
-        Of cells that went on beyond the end of the sweep, by number of the tile, end, and digest of their list.
+        Of cells that went on beyond the end of the sweep, by number of the tile, then by end and digest of their list.
     """
 
     folder: Path
@@ -49,7 +58,7 @@ class ShardSet:
     tile_cells: int
     shards: dict[int, Shard] = field(default_factory=dict)
     begun: dict[int, Shard] = field(default_factory=dict)
-    passes: dict[tuple[int, int, str], Shard] = field(default_factory=dict)
+    passes: dict[int, dict[tuple[int, str], Shard]] = field(default_factory=dict)
 
     @classmethod
     def scan(cls, run: RunFolder, sweep: Sweep, identity: Identity, tile_cells: int = UNKNOWN) -> ShardSet:
@@ -65,9 +74,15 @@ class ShardSet:
                 shards.add(shard)
         return shards
 
-    def find(self, index: int) -> None:
-        """Take in the shards of one tile that lie in the folder."""
-        for shard in sorted(scan_shards(self.folder, index), key=lambda shard: shard.end):
+    def names(self, index: int) -> tuple[str, ...]:
+        """Return the names of the shards of one tile, by which another process can `find` them."""
+        of_all = (shards[index] for shards in (self.begun, self.shards) if index in shards)
+        return tuple(shard.name for shard in (*of_all, *self.passes.get(index, {}).values()))
+
+    def find(self, index: int, names: Iterable[str] | None = None) -> None:
+        """Take in the shards of one tile: those of these names, or all that lie in the folder, which is listed."""
+        found = scan_shards(self.folder, index) if names is None else known_shards(self.folder, names)
+        for shard in sorted(found, key=lambda shard: shard.end):
             if shard.tile_cells == self.tile_cells and shard.end >= 0:
                 self.add(shard)
 
@@ -98,7 +113,7 @@ class ShardSet:
     def add(self, shard: Shard) -> None:
         """Take a shard in; of the earlier stages of a tile the last one added counts."""
         if shard.listed:
-            self.passes[(shard.tile, shard.end, shard.listed)] = shard
+            self.passes.setdefault(shard.tile, {})[shard.end, shard.listed] = shard
         elif shard.end == self.end:
             self.shards[shard.tile] = shard
         elif shard.end < self.end:
@@ -153,7 +168,7 @@ class ShardSet:
         DamageError
             If the shard's content is not what was published.
         """
-        shard = self.passes.get((index, end, digest_of(cells)))
+        shard = self.passes.get(index, {}).get((end, digest_of(cells)))
         return None if shard is None else self._read(shard)
 
     def _read(self, shard: Shard) -> Evidence:
@@ -162,7 +177,10 @@ class ShardSet:
 
     def __iter__(self) -> Iterator[Shard]:
         """Yield every shard."""
-        yield from (*self.shards.values(), *self.begun.values(), *self.passes.values())
+        yield from self.shards.values()
+        yield from self.begun.values()
+        for shards in self.passes.values():
+            yield from shards.values()
 
     def discard_damaged(self) -> list[int]:
         """Verify every shard, set the damaged ones aside, and return the numbers of their tiles."""
@@ -171,7 +189,9 @@ class ShardSet:
             set_aside(shard)
         self.shards = {key: shard for key, shard in self.shards.items() if shard not in damaged}
         self.begun = {key: shard for key, shard in self.begun.items() if shard not in damaged}
-        self.passes = {key: shard for key, shard in self.passes.items() if shard not in damaged}
+        for index in {shard.tile for shard in damaged if shard.listed}:
+            kept = {key: shard for key, shard in self.passes[index].items() if shard not in damaged}
+            self.passes[index] = kept
         return sorted({shard.tile for shard in damaged})
 
     def damage(self) -> dict[int, str]:
