@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +19,17 @@ from quavsweep.grid import Axis, Grid
 from quavsweep.kernels.description import read_description
 from quavsweep.models import Model
 from quavsweep.provenance import identify
-from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, code_counts, looks_published, read_result
+from quavsweep.store import (
+    Part,
+    RunFolder,
+    ShardSet,
+    Stored,
+    Variables,
+    code_counts,
+    looks_published,
+    read_result,
+    thin,
+)
 from quavsweep.store.outcome import DESCRIPTION, HORIZON, outcome_so_far
 
 if TYPE_CHECKING:
@@ -37,11 +48,14 @@ class Result:
         Arrays, dimensions and attributes by variable. Those of a file are read when they are first asked for.
     fixed : tuple of str
         Axes that were left out by `at`; their values are among the sweep's parameters and initial states.
+    thinned_from : tuple of int
+        Where only some of the cells are in it, how many values the axes had.
     """
 
     sweep: Sweep
     stored: Stored
     fixed: tuple[str, ...] = ()
+    thinned_from: tuple[int, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a variable or coordinate, axes first."""
@@ -124,6 +138,12 @@ class Result:
         chosen = {n: v for name, i in index.items() for n, v in self.sweep.grid.axes[names.index(name)].at(i).items()}
         sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *chosen)
         return Result(sweep, Stored(data, dims, whole.attributes, whole.file_attributes), fixed)
+
+    def thinned(self, chosen: Mapping[str, range]) -> Result:
+        """Return the result at some values of each of its axes, by their indices; only these are read."""
+        axes = self.sweep.grid.axes
+        sweep = replace(self.sweep, grid=Grid(tuple(axis.picked(chosen[axis.name]) for axis in axes)))
+        return Result(sweep, thin(self.stored, chosen), self.fixed, tuple(len(axis) for axis in axes))
 
     def _axis_of(self, name: str) -> Axis:
         """Return the axis of that name, or the curve along which that quantity varies; not that of drawn starts."""

@@ -14,6 +14,7 @@ from quavsweep.store.sealed_file import check_result, read_result
 from quavsweep.store.shard import Shard, write_shard
 from quavsweep.store.shard_set import ShardSet
 from quavsweep.store.stored import Part, Stored, Variables
+from quavsweep.store.thin import thin
 
 __all__ = [
     "Failures",
@@ -32,6 +33,7 @@ __all__ = [
     "looks_published",
     "publish_bytes",
     "read_result",
+    "thin",
     "write_copy",
     "write_shard",
 ]
