@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks import accuracy, dimension, kernel, package, resources, sweep
+from benchmarks import accuracy, dimension, growth, kernel, package, resources, sweep
 from benchmarks.row import Row
 from benchmarks.selection import named
 
-ROWS: tuple[Row, ...] = (*kernel.ROWS, *package.ROWS, *accuracy.ROWS, *dimension.ROWS, *sweep.ROWS, *resources.ROWS)
+ROWS: tuple[Row, ...] = (
+    *kernel.ROWS,
+    *package.ROWS,
+    *accuracy.ROWS,
+    *dimension.ROWS,
+    *sweep.ROWS,
+    *resources.ROWS,
+    *growth.ROWS,
+)
 SUITES = tuple(dict.fromkeys(row.suite for row in ROWS))
 
 

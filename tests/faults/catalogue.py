@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.faults import disk, flip, kill, machine, step
+from tests.faults import disk, flip, growth, kill, machine, step
 from tests.faults.fault import Fault
 
 FAULTS: tuple[Fault, ...] = tuple(
-    sorted((*kill.FAULTS, *step.FAULTS, *disk.FAULTS, *flip.FAULTS, *machine.FAULTS), key=lambda fault: fault.key)
+    sorted(
+        (*kill.FAULTS, *step.FAULTS, *disk.FAULTS, *flip.FAULTS, *machine.FAULTS, *growth.FAULTS),
+        key=lambda fault: fault.key,
+    )
 )
 
 
