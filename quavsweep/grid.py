@@ -106,11 +106,24 @@ class Grid:
 
         They follow each other in that order, so a file can be written from a stream.
         """
-        return boxes(self.shape, cells)
+        if not self.axes:
+            yield ()
+            return
+        lengths = self.block_shape(cells)
+        starts = [range(0, n, length) for n, length in zip(self.shape, lengths, strict=True)]
+        for corner in np.ndindex(*(len(s) for s in starts)):
+            first = [s[i] for s, i in zip(starts, corner, strict=True)]
+            yield tuple(slice(f, min(f + length, n)) for f, length, n in zip(first, lengths, self.shape, strict=True))
 
     def block_shape(self, cells: int) -> tuple[int, ...]:
         """Return the shape of a block: whole trailing axes, part of one axis, single values of the leading ones."""
-        return box_shape(self.shape, cells)
+        lengths = []
+        room = max(cells, 1)
+        for n in reversed(self.shape):
+            length = min(n, room)
+            lengths.append(length)
+            room = room // n if length == n else 1
+        return tuple(reversed(lengths))
 
     def span(self, block: tuple[slice, ...]) -> tuple[int, int]:
         """Return the first cell of a block and the one after its last."""
@@ -119,23 +132,3 @@ class Grid:
         first = int(np.ravel_multi_index([s.start for s in block], self.shape))
         last = int(np.ravel_multi_index([s.stop - 1 for s in block], self.shape))
         return first, last + 1
-
-
-def box_shape(shape: tuple[int, ...], numbers: int) -> tuple[int, ...]:
-    """Return the shape of the largest part of an array, of at most so many numbers, that is contiguous in C order."""
-    lengths = []
-    room = max(numbers, 1)
-    for n in reversed(shape):
-        length = min(n, room)
-        lengths.append(length)
-        room = room // n if length == n else 1
-    return tuple(reversed(lengths))
-
-
-def boxes(shape: tuple[int, ...], numbers: int) -> Iterator[tuple[slice, ...]]:
-    """Yield the parts of an array, of at most so many numbers each, in C order; one part of an array without axes."""
-    lengths = box_shape(shape, numbers)
-    starts = [range(0, n, length) for n, length in zip(shape, lengths, strict=True)]
-    for corner in np.ndindex(*(len(s) for s in starts)):
-        first = [s[i] for s, i in zip(starts, corner, strict=True)]
-        yield tuple(slice(f, min(f + length, n)) for f, length, n in zip(first, lengths, shape, strict=True))

@@ -15,7 +15,7 @@ from benchmarks.growth import LARGE
 from quavsweep.codes import REGION
 from quavsweep.config import Sweep, dump_config, parse_sweep
 from quavsweep.executor import Receipt, TaskOf
-from quavsweep.grid import Tile, boxes
+from quavsweep.grid import Tile
 from quavsweep.overview import Lookout
 from quavsweep.plot import draw, make_figure
 from quavsweep.plot.thin import MOST
@@ -102,15 +102,6 @@ def test_codes_are_counted_by_blocks() -> None:
         code_counts(result.stored, "region", REGION), np.bincount(whole.ravel(), minlength=len(REGION))
     )
     assert summarise(result).regions == {"sink": 5_000_000, "periodic": 4_000_000}
-
-
-@pytest.mark.parametrize("shape", [(), (7,), (3, 4), (2, 3, 5)])
-@pytest.mark.parametrize("numbers", [1, 4, 6, 1000])
-def test_boxes_cover_an_array_in_order(shape: tuple[int, ...], numbers: int) -> None:
-    array = np.arange(int(np.prod(shape))).reshape(shape)
-    parts = [np.ravel(array[part]) for part in boxes(shape, numbers)]
-    assert max(part.size for part in parts) <= numbers
-    np.testing.assert_array_equal(np.concatenate(parts), array.ravel())
 
 
 def test_consolidation_and_readers_hold_no_more_of_a_larger_grid(tmp_path: Path, traced: Callable[[], int]) -> None:

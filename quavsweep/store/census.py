@@ -14,7 +14,7 @@ CELLS = 2**20  # that are read at once, a byte or two each
 
 def code_blocks(stored: Stored, *names: str) -> Iterator[tuple[np.ndarray, ...]]:
     """Yield some variables with a code per cell, flat, a block of cells at a time."""
-    for part in stored.blocks(names[0], CELLS):
+    for part in stored.grid(names[0]).blocks(CELLS):
         yield tuple(np.ravel(stored.part(name, part)) for name in names)
 
 

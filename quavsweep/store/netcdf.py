@@ -12,7 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from quavsweep.grid import Grid, box_shape
+from quavsweep.grid import Grid
 from quavsweep.measures import Variable
 from quavsweep.store.publish import publish_hdf5
 from quavsweep.store.stored import Part, Stored
@@ -145,12 +145,12 @@ def write_copy(stored: Stored, names: Iterable[str], path: Path) -> None:
 
     def write(file: h5py.File) -> None:
         for name in sorted(names, key=lambda name: (stored.dims[name] != (name,), name)):  # coordinates first
-            dims, shape = stored.dims[name], stored.shape(name)
-            first = stored.part(name, (0,) * len(shape))
+            dims, grid = stored.dims[name], stored.grid(name)
+            first = stored.part(name, (0,) * len(dims))
             kind = h5py.string_dtype() if first.dtype.kind in "OU" else first.dtype
-            options = {"compression": "gzip", "shuffle": True, "chunks": box_shape(shape, COPIED)} if shape else {}
-            dataset = file.create_dataset(name, shape, kind, **options)
-            for part in stored.blocks(name, COPIED):
+            options = {"compression": "gzip", "shuffle": True, "chunks": grid.block_shape(COPIED)} if dims else {}
+            dataset = file.create_dataset(name, grid.shape, kind, **options)
+            for part in grid.blocks(COPIED):
                 dataset[part] = stored.part(name, part)
             if dims == (name,):
                 dataset.make_scale(name)

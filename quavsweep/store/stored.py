@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from quavsweep.grid import boxes
+from quavsweep.grid import Axis, Grid
 
 Part = tuple[slice | int, ...]  # of the leading dimensions
 Read = Callable[[str, Part], np.ndarray]
@@ -66,13 +66,9 @@ class Stored:
     attributes: dict[str, dict[str, Any]]
     file_attributes: dict[str, Any]
 
-    def shape(self, name: str) -> tuple[int, ...]:
-        """Return the shape of a variable, by the coordinates of its dimensions; it is not read."""
-        return tuple(len(self.data[dim]) for dim in self.dims[name])
-
-    def blocks(self, name: str, numbers: int) -> Iterator[Part]:
-        """Yield parts of a variable that follow each other in the order of its numbers, at most so many in each."""
-        return boxes(self.shape(name), numbers)
+    def grid(self, name: str) -> Grid:
+        """Return the grid of a variable's numbers, by the lengths of its dimensions; it is not read."""
+        return Grid(tuple(Axis(dim, (0.0,) * len(self.data[dim])) for dim in self.dims[name]))
 
     def part(self, name: str, part: Part) -> np.ndarray:
         """Return a part of a variable; where it lies in a file, no more of it is read."""
