@@ -23,7 +23,8 @@ measures: {lyapunov: {exponents: 3, block: 25}}
 """
 SHAPES = {10**4: (100, 100), 10**5: (400, 250), 10**6: (1000, 1000)}
 TINY = 5  # cells per tile
-SHARDS = 20_000  # in tiny tiles
+SHARDS = 20_000
+TINY_TILES = 5000
 EVIDENCE = ("full", "summary")
 LATER = ("consolidate", "open", "status", "summary", "plot", "verify", "classify")
 Stages = dict[str, dict[str, float]]
@@ -56,14 +57,14 @@ def cheap_runs(quick: bool) -> dict[str, Stages]:
             for evidence in EVIDENCE:
                 name = f"{cells:,} {evidence}"
                 found[name] = _stages(Path(folder) / "run", _cheap(SHAPES[cells], evidence))
-        tiles = 1000 if quick else SHARDS
+        tiles = 1000 if quick else TINY_TILES
         found["tiny"] = _stages(Path(folder) / "run", _cheap((100, tiles * TINY // 100), "full"), TINY)
     return found
 
 
 def real_shape(quick: bool) -> tuple[int, int]:
     """Return the smaller grid of omega_c."""
-    return (46, 21) if quick else (240, 168)
+    return (46, 21) if quick else (160, 126)
 
 
 def _cheap(shape: tuple[int, int], evidence: str) -> str:

@@ -21,8 +21,7 @@ from quavsweep.measures import Evidence
 
 __all__ = ["classify", "convergence", "missing_sum", "missing_zero", "regions", "result_variables", "unsettled"]
 
-AT_ONCE = 8192  # cells, for averages over equal windows are taken together: half the time that 1024 cost per cell
-AT_ONCE_BYTES = 2**24  # of their evidence, so that what is computed on the way stays small
+AT_ONCE = 2048  # cells, so that what is computed on the way stays small; fewer take longer, one by one
 
 _AS_STORED = (
     *("status", "equilibrium", "eigenvalue_re", "eigenvalue_im"),
@@ -67,11 +66,8 @@ def unsettled(sweep: Sweep, evidence: Evidence) -> np.ndarray:
 
 def _parts(evidence: Evidence) -> Iterator[tuple[slice, Evidence]]:
     """Yield a few cells at a time, and which they are."""
-    n = len(evidence["status"])
-    cell_bytes = sum(values.nbytes for values in evidence.values()) // max(n, 1)
-    at_once = max(1, min(AT_ONCE, AT_ONCE_BYTES // max(cell_bytes, 1)))
-    for first in range(0, n, at_once):
-        cells = slice(first, first + at_once)
+    for first in range(0, len(evidence["status"]), AT_ONCE):
+        cells = slice(first, first + AT_ONCE)
         yield cells, {name: values[cells] for name, values in evidence.items()}
 
 

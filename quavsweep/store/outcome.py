@@ -7,13 +7,12 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from quavsweep.classify import classify, result_variables
+from quavsweep.classify import AT_ONCE, classify, result_variables
 from quavsweep.config import Sweep
 from quavsweep.config.schema import ENSEMBLE
 from quavsweep.errors import StoppedError
@@ -150,14 +149,26 @@ def _classified(
         yield block, {name: np.concatenate([values[name] for values in told]) for name in told[0]}
 
 
-def _joined(parts: list[Evidence]) -> list[Evidence]:
-    """Return evidence of neighbouring cells as one where it reaches equally far, for that is faster to classify."""
-    alike = groupby(parts, key=lambda part: [values.shape[1:] for values in part.values()])
-    groups = ([*group] for _, group in alike)
-    return [
-        group[0] if len(group) == 1 else {name: np.concatenate([part[name] for part in group]) for name in group[0]}
-        for group in groups
-    ]
+def _joined(parts: list[Evidence]) -> Iterator[Evidence]:
+    """Yield evidence of neighbouring cells of small tiles together, where it reaches equally far: that is faster."""
+    group: list[Evidence] = []
+    for part in parts:
+        cells = sum(len(other["status"]) for other in (*group, part))
+        if group and (cells > AT_ONCE or _reach(group[0]) != _reach(part)):
+            yield _together(group)
+            group = []
+        group.append(part)
+    yield _together(group)
+
+
+def _reach(evidence: Evidence) -> list[tuple[int, ...]]:
+    """Return the shapes of a cell's evidence."""
+    return [values.shape[1:] for values in evidence.values()]
+
+
+def _together(group: list[Evidence]) -> Evidence:
+    """Return evidence as one, without a copy where there is only one."""
+    return group[0] if len(group) == 1 else {n: np.concatenate([part[n] for part in group]) for n in group[0]}
 
 
 def _told(sweep: Sweep, evidence: Evidence) -> dict[str, np.ndarray]:
