@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks import accuracy, dimension, executor, kernel, package, resources, sweep
+from benchmarks import accuracy, dimension, executor, growth, kernel, package, resources, sweep
 from benchmarks.row import Row
 from benchmarks.selection import named
 
@@ -16,6 +16,7 @@ ROWS: tuple[Row, ...] = (
     *sweep.ROWS,
     *executor.ROWS,
     *resources.ROWS,
+    *growth.ROWS,
 )
 SUITES = tuple(dict.fromkeys(row.suite for row in ROWS))
 

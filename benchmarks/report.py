@@ -27,7 +27,8 @@ def table(outcomes: Sequence[Outcome], protocol: Protocol) -> str:
             figure = f"{measurement.value:.4g}{spread} {row.unit}".rstrip()
         lines.append(_line(row.title, figure, target(row), outcome.verdict))
         note = outcome.reason or (measurement.note if measurement else "")
-        lines += textwrap.wrap(note, WIDTH, initial_indent="    ", subsequent_indent="    ")
+        for line in note.split("\n"):
+            lines += textwrap.wrap(line, WIDTH, initial_indent="    ", subsequent_indent="    ")
     kind = "QUICK (thumbnails of sweeps): " if protocol.quick else "at least "
     lines += ["-" * WIDTH, f"{kind}{protocol.samples} interleaved samples of {protocol.seconds:g} s a side"]
     return "\n".join(lines)

@@ -170,5 +170,5 @@ ROWS = (
     Row("tile", "resources", "tile outside the kernel", "%", at_most(2), partial(outside_kernel, False)),
     Row("tile-early", "resources", "the same, stop_early", "%", at_most(2), partial(outside_kernel, True)),
     Row("memory", "resources", "peak memory - 100 B/cell", "MB", at_most(400), memory),
-    Row("growth", "resources", "time per cell, 1e6 / 1e5", "x", None, growth),
+    Row("time-per-cell", "resources", "time per cell, 1e6 / 1e5", "x", None, growth),
 )

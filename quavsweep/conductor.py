@@ -10,15 +10,13 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
 
-import numpy as np
-
-from quavsweep.codes import Status
+from quavsweep.codes import STATUS, Status
 from quavsweep.errors import STOPPED, DamageError, DiskError, StoppedError, TilesFailedError
 from quavsweep.executor import Executor, Receipt, Task, Threads
 from quavsweep.grid import Tile
 from quavsweep.plan import Plan
 from quavsweep.progress import Progress
-from quavsweep.store import Failures, Journal, RunFolder, Shard, ShardSet, read_result
+from quavsweep.store import Failures, Journal, RunFolder, Shard, ShardSet, code_counts, read_result
 from quavsweep.store.outcome import write_outcome
 from quavsweep.tiling import spread
 from quavsweep.work import Errand, Order, Worker
@@ -147,8 +145,15 @@ class Conductor:
         if isinstance(self.executor, Threads):
             worker = Worker(self.plan, self.shards)
             return lambda tile: partial(worker, tile)
-        order = Order.of(self.plan, self.shards, self.folder.path)
-        return lambda tile: Errand(order, tile, check=self.progress.step_error is None)
+        order, begun = Order.of(self.plan, self.shards, self.folder.path), set[int]()
+
+        def errand(tile: Tile) -> Errand:
+            # A tile that is begun again was lost with its worker, which may have published it.
+            known = None if tile.index in begun else self.shards.names(tile.index)
+            begun.add(tile.index)
+            return Errand(order, tile, self.progress.step_error is None, known)
+
+        return errand
 
     def _take(self, receipt: Receipt, fresh: bool) -> None:
         """Take in what became of a tile."""
@@ -200,8 +205,9 @@ def consolidate(
     if not missing and shards.sweep.config.effort is None:
         with contextlib.suppress(FileNotFoundError, DamageError):
             stored = read_result(folder.result)
-            whole = not np.isin(stored.data["status"], (Status.NOT_COMPUTED, Status.FAILED)).any()
-            if whole and stored.file_attributes["result_id"] == shards.identity.result:
+            ours = stored.file_attributes["result_id"] == shards.identity.result
+            count = code_counts(stored, "status", STATUS) if ours else None
+            if count is not None and not count[[Status.NOT_COMPUTED, Status.FAILED]].any():
                 return None if shards.discard_damaged() else 0
     progress.stage = "writing the result"
     try:

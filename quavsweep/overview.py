@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from quavsweep.codes import REGION, Status
+from quavsweep.codes import REGION, STATUS, Status
 from quavsweep.config import Sweep, load_sweep
 from quavsweep.errors import DamageError, IdentityError
 from quavsweep.provenance import Identity, identify, subject
-from quavsweep.store import Failures, RunFolder, ShardSet, read_result, strangers
+from quavsweep.store import Failures, RunFolder, ShardSet, code_counts, read_result, strangers
 
 LOOK_SECONDS = 0.15  # spent on reading shards of an unfinished run
 
@@ -104,8 +104,8 @@ class Lookout:
         finished, failed = False, 0
         with contextlib.suppress(FileNotFoundError, DamageError):
             stored = read_result(folder.result)
-            failed = int((stored.data["status"] == Status.FAILED).sum())
-            count = np.bincount(stored.data["region"].ravel(), minlength=len(REGION))
+            failed = int(code_counts(stored, "status", STATUS)[Status.FAILED])
+            count = code_counts(stored, "region", REGION)
             finished = True
         if not finished:
             count = self._count(shards)

@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from quavsweep.codes import Status
+from quavsweep.codes import STATUS, Status
 from quavsweep.config import Sweep, load_sweep
 from quavsweep.config.schema import ENSEMBLE
 from quavsweep.errors import ConfigError, DamageError
 from quavsweep.grid import Axis, Grid
 from quavsweep.provenance import identify
-from quavsweep.store import Part, RunFolder, ShardSet, Stored, Variables, looks_published, read_result
+from quavsweep.store import (
+    Part,
+    RunFolder,
+    ShardSet,
+    Stored,
+    Variables,
+    code_counts,
+    looks_published,
+    read_result,
+    thin,
+)
 from quavsweep.store.doubt import doubted, sweep_of
 from quavsweep.store.fit import check_evidence
 from quavsweep.store.outcome import HORIZON, outcome_so_far
@@ -36,11 +47,14 @@ class Result:
         Arrays, dimensions and attributes by variable. Those of a file are read when they are first asked for.
     fixed : tuple of str
         Axes that were left out by `at`; their values are among the sweep's parameters and initial states.
+    thinned_from : tuple of int
+        Where only some of the cells are in it, how many values the axes had.
     """
 
     sweep: Sweep
     stored: Stored
     fixed: tuple[str, ...] = ()
+    thinned_from: tuple[int, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a variable or coordinate, axes first."""
@@ -88,7 +102,7 @@ class Result:
     @property
     def complete(self) -> bool:
         """Whether every cell has been computed."""
-        return not bool((self["status"] == Status.NOT_COMPUTED).any())
+        return not code_counts(self.stored, "status", STATUS)[Status.NOT_COMPUTED]
 
     def at(self, **values: float) -> Result:
         """Return the result with these axes left out, at their values nearest to those given.
@@ -123,6 +137,12 @@ class Result:
         chosen = {n: v for name, i in index.items() for n, v in self.sweep.grid.axes[names.index(name)].at(i).items()}
         sweep, fixed = self.sweep.with_fixed(chosen, Grid(axes)), (*self.fixed, *chosen)
         return Result(sweep, replace(whole, data=data, dims=dims), fixed)
+
+    def thinned(self, chosen: Mapping[str, range]) -> Result:
+        """Return the result at some values of each of its axes, by their indices; only these are read."""
+        axes = self.sweep.grid.axes
+        sweep = replace(self.sweep, grid=Grid(tuple(axis.picked(chosen[axis.name]) for axis in axes)))
+        return Result(sweep, thin(self.stored, chosen), self.fixed, tuple(len(axis) for axis in axes))
 
     def _axis_of(self, name: str) -> Axis:
         """Return the axis of that name, or the curve along which that quantity varies; not that of drawn starts."""

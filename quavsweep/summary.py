@@ -11,7 +11,7 @@ from quavsweep.classify import missing_sum, missing_zero
 from quavsweep.codes import REGION, Region
 from quavsweep.config import Sweep
 from quavsweep.result import Result
-from quavsweep.store import block_cells
+from quavsweep.store import block_cells, code_blocks, code_counts
 
 
 @dataclass(frozen=True)
@@ -49,14 +49,14 @@ class Summary:
 
 def summarise(result: Result) -> Summary:
     """Return a result in a few numbers."""
-    region = result["region"]
-    count = np.bincount(region.ravel(), minlength=len(REGION))
+    count = code_counts(result.stored, "region", REGION)
     regions = {code.name: int(n) for code, n in zip(REGION, count, strict=True) if n}
     on_the_way = None
     if "was_chaotic" in result:
-        on_the_way = int(((result["was_chaotic"] != 0) & (region != Region.CHAOS)).sum())
+        pairs = code_blocks(result.stored, "region", "was_chaotic")
+        on_the_way = sum(int(((was != 0) & (region != Region.CHAOS)).sum()) for region, was in pairs)
     checks = _worst(result, "sum_error", missing_sum), _worst(result, "zero_error", missing_zero)
-    return Summary(region.size, regions, on_the_way, *checks)
+    return Summary(int(count.sum()), regions, on_the_way, *checks)
 
 
 def _worst(result: Result, name: str, missing: Callable[[Sweep], str]) -> Check:

@@ -173,11 +173,23 @@ class Order:
 
 @dataclass(frozen=True)
 class Errand:
-    """The work of a tile of an order, in any process."""
+    """The work of a tile of an order, in any process.
+
+    Parameters
+    ----------
+    order : Order
+    tile : Tile
+    check : bool
+        Whether the error of the step is asked for.
+    known : tuple of str, optional
+        Names of the tile's shards; where they are not known the folder is listed, which takes longer the more there
+        are.
+    """
 
     order: Order
     tile: Tile
     check: bool
+    known: tuple[str, ...] | None = None
 
     def __call__(self, stopped: Stopped) -> Done:
         """Do it.
@@ -194,7 +206,7 @@ class Errand:
             plan = _plan(order)
         folder = RunFolder(order.folder).shards(order.identity.evidence, order.identity.toolchain)
         shards = ShardSet(folder, plan.sweep, order.identity, order.tile_cells)
-        shards.find(self.tile.index)
+        shards.find(self.tile.index, self.known)
         checked = threading.Event()
         if not self.check:
             checked.set()

@@ -21,7 +21,7 @@ from quavsweep.measures import Evidence
 
 __all__ = ["classify", "convergence", "missing_sum", "missing_zero", "regions", "result_variables", "unsettled"]
 
-AT_ONCE = 1024  # cells, so that what is computed on the way stays small
+AT_ONCE = 2048  # cells, so that what is computed on the way stays small; fewer take longer, one by one
 
 _AS_STORED = (
     *("status", "equilibrium", "eigenvalue_re", "eigenvalue_im"),

@@ -22,7 +22,7 @@ from quavsweep.plot.overlay import draw_curves, make_curves
 from quavsweep.plot.panel import choose_panels, draw_panel, panel_handles
 from quavsweep.plot.quantity import Quantity
 from quavsweep.plot.style import PAGE, PANEL, plain
-from quavsweep.plot.title import horizon_text
+from quavsweep.plot.title import seen_text
 
 if TYPE_CHECKING:
     from quavsweep.result import Result
@@ -98,9 +98,9 @@ def _grid(runs: Sequence[Result], extra: float) -> tuple[Figure, list[Axes]]:
 
 
 def _name(run: Result) -> str:
-    """Return the name of a run, and at which horizon it is seen, if any."""
-    horizon = horizon_text(run)
-    return plain(run.sweep.name) + (f",\n{horizon}" if horizon else "")
+    """Return the name of a run, and at which horizon and how many of its cells are seen, if not all."""
+    seen = seen_text(run)
+    return plain(run.sweep.name) + (f",\n{seen}" if seen else "")
 
 
 def _label_outer(grid: Sequence[Axes]) -> None:

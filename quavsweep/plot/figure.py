@@ -22,7 +22,8 @@ from quavsweep.plot.map import make_map_figure
 from quavsweep.plot.point import make_point_figure
 from quavsweep.plot.style import style
 from quavsweep.plot.survival import SURVIVAL, make_survival_figure
-from quavsweep.plot.title import LINE, fixed_title, horizon_text
+from quavsweep.plot.thin import thinned
+from quavsweep.plot.title import LINE, fixed_title, seen_text
 
 if TYPE_CHECKING:
     from quavsweep.point import Point
@@ -40,7 +41,8 @@ def make_figure(
 ) -> Figure:
     """Return the figure that suits a result, or one that compares several.
 
-    Two axes give maps, one gives panels along it, none the orbit or the numbers of the cell.
+    Two axes give maps, one gives panels along it, none the orbit or the numbers of the cell. Of axes with more values
+    than a figure can show, every so-manyth is drawn, and the title says so.
 
     Parameters
     ----------
@@ -68,7 +70,7 @@ def make_figure(
         if len(runs) == 1 and _is_survival(runs[0], variables):
             return _told(make_survival_figure(runs[0], limits), runs[0])
     variables = variables or tuple(runs[0].sweep.config.plot if len(runs) == 1 else ())
-    runs = [_seen(run, variables) for run in runs]
+    runs = [thinned(_seen(run, variables)) for run in runs]
     count = _axes_count(runs)
     with style():
         if len(runs) > 1:
@@ -98,7 +100,7 @@ def _seen(run: Result, variables: Sequence[str]) -> Result:
 def _told(figure: Figure, result: Result) -> Figure:
     """Return the figure with a title that says at which values of other axes it is, and at which horizon, if any."""
     width, height = figure.get_size_inches()
-    title = fixed_title(result.sweep, result.fixed, width, horizon_text(result))
+    title = fixed_title(result.sweep, result.fixed, width, seen_text(result))
     if title:
         figure.set_size_inches(width, height + LINE * (title.count("\n") + 1))
         figure.suptitle(title, fontsize=8)

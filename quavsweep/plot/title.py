@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from quavsweep.codes import REGION
 from quavsweep.config import Sweep
 from quavsweep.plot.style import number, symbol, text_length, unit_text
+from quavsweep.plot.thin import thinned_text
 
 if TYPE_CHECKING:
     from quavsweep.result import Result
@@ -56,6 +57,11 @@ def horizon_text(result: Result) -> str:
     unknown = "; chaos there is undecided" if "comment" in result.stored.attributes["region"] else ""
     unit = unit_text(result.sweep.model.time_unit)
     return f"horizon ${number(result.horizon)}" + (rf"\,{unit}$" if unit else "$") + unknown
+
+
+def seen_text(result: Result) -> str:
+    """Return at which horizon a result is seen, and how many of its cells; empty where it is all of the run."""
+    return ", ".join(filter(None, (horizon_text(result), thinned_text(result))))
 
 
 def _assignment(name: str, value: float, unit: str) -> str:

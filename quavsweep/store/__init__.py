@@ -4,6 +4,7 @@
 """
 
 from quavsweep.store.admission import check_folder
+from quavsweep.store.census import code_blocks, code_counts
 from quavsweep.store.failure import Failures
 from quavsweep.store.folder import RunFolder
 from quavsweep.store.journal import Journal
@@ -14,6 +15,7 @@ from quavsweep.store.shard import Shard, write_shard
 from quavsweep.store.shard_set import ShardSet
 from quavsweep.store.stored import Part, Stored, Variables
 from quavsweep.store.stranger import strangers
+from quavsweep.store.thin import thin
 
 __all__ = [
     "Failures",
@@ -27,10 +29,13 @@ __all__ = [
     "block_cells",
     "check_folder",
     "check_result",
+    "code_blocks",
+    "code_counts",
     "looks_published",
     "publish_bytes",
     "read_result",
     "strangers",
+    "thin",
     "write_copy",
     "write_shard",
 ]

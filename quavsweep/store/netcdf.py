@@ -19,6 +19,7 @@ from quavsweep.store.stored import Part, Stored
 
 BLOCK_CELLS = 8192  # cells that are classified, compressed and read at once, at most
 BLOCK_BYTES = 2**26  # of their evidence, about
+COPIED = 2**18  # numbers of a variable that are copied at once
 _STRUCTURE = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "_Netcdf4Dimid", "_NCProperties")
 DIGEST = "content_sha256"
 
@@ -134,7 +135,7 @@ def write_result(
 
 
 def write_copy(stored: Stored, names: Iterable[str], path: Path) -> None:
-    """Publish a file of some variables, netCDF-4 compatible, with one of them in memory at a time.
+    """Publish a file of some variables, netCDF-4 compatible, with a block of one of them in memory at a time.
 
     Raises
     ------
@@ -144,10 +145,13 @@ def write_copy(stored: Stored, names: Iterable[str], path: Path) -> None:
 
     def write(file: h5py.File) -> None:
         for name in sorted(names, key=lambda name: (stored.dims[name] != (name,), name)):  # coordinates first
-            values, dims = stored.part(name, ()), stored.dims[name]
-            kind = h5py.string_dtype() if values.dtype.kind == "O" else values.dtype
-            options = {"compression": "gzip", "shuffle": True} if values.ndim else {}
-            dataset = file.create_dataset(name, data=values, dtype=kind, **options)
+            dims, grid = stored.dims[name], stored.grid(name)
+            first = stored.part(name, (0,) * len(dims))
+            kind = h5py.string_dtype() if first.dtype.kind in "OU" else first.dtype
+            options = {"compression": "gzip", "shuffle": True, "chunks": grid.block_shape(COPIED)} if dims else {}
+            dataset = file.create_dataset(name, grid.shape, kind, **options)
+            for part in grid.blocks(COPIED):
+                dataset[part] = stored.part(name, part)
             if dims == (name,):
                 dataset.make_scale(name)
             else:

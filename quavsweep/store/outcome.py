@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from quavsweep.classify import classify, result_variables
+from quavsweep.classify import AT_ONCE, classify, result_variables
 from quavsweep.config import Sweep
 from quavsweep.config.schema import ENSEMBLE
 from quavsweep.errors import StoppedError
@@ -142,11 +142,33 @@ def _classified(
         if stopped():
             raise StoppedError("stopped while the result was written", possible="the same command continues it")
         if horizon is None:
-            told = [_told(sweep, evidence) for evidence in parts]
+            told = [_told(sweep, evidence) for evidence in _joined(parts)]
         else:
             shorter = sweep.until(horizon).without_records()
-            told = [_told(shorter, truncated(sweep, evidence, horizon)) for evidence in parts]
+            told = [_told(shorter, truncated(sweep, evidence, horizon)) for evidence in _joined(parts)]
         yield block, {name: np.concatenate([values[name] for values in told]) for name in told[0]}
+
+
+def _joined(parts: list[Evidence]) -> Iterator[Evidence]:
+    """Yield evidence of neighbouring cells of small tiles together, where it reaches equally far: that is faster."""
+    group: list[Evidence] = []
+    for part in parts:
+        cells = sum(len(other["status"]) for other in (*group, part))
+        if group and (cells > AT_ONCE or _reach(group[0]) != _reach(part)):
+            yield _together(group)
+            group = []
+        group.append(part)
+    yield _together(group)
+
+
+def _reach(evidence: Evidence) -> list[tuple[int, ...]]:
+    """Return the shapes of a cell's evidence."""
+    return [values.shape[1:] for values in evidence.values()]
+
+
+def _together(group: list[Evidence]) -> Evidence:
+    """Return evidence as one, without a copy where there is only one."""
+    return group[0] if len(group) == 1 else {n: np.concatenate([part[n] for part in group]) for n in group[0]}
 
 
 def _told(sweep: Sweep, evidence: Evidence) -> dict[str, np.ndarray]:

@@ -11,7 +11,10 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import os
 import re
+import stat
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,6 +63,11 @@ class Shard:
         with contextlib.suppress(OSError):
             return self.path.is_file() and self.path.stat().st_size == self.size
         return False
+
+    @property
+    def name(self) -> str:
+        """Stage and name of the file."""
+        return f"{self.path.parent.name}/{self.path.name}"
 
     @property
     def end(self) -> int:
@@ -119,19 +127,46 @@ def write_shard(
 
 def scan_shards(folder: Path, index: int | None = None) -> list[Shard]:
     """Return the shards of all stages, or those of one tile; names and sizes are trusted, content is verified later."""
-    pattern = "tile-*.h5" if index is None else f"tile-{index:07d}.*.h5"
-    return [shard for shard in _named(folder, pattern) if shard.is_there]
+    return [
+        shard
+        for shard, size in _named(folder, "tile-" if index is None else f"tile-{index:07d}.")
+        if size == shard.size
+    ]
+
+
+def known_shards(folder: Path, names: Iterable[str]) -> list[Shard]:
+    """Return the shards of these names, stage and file, that are there; nothing is listed."""
+    shards = (_parse(folder / name) for name in names)
+    return [shard for shard in shards if shard is not None and shard.is_there]
 
 
 def misfits(folder: Path) -> list[Path]:
     """Return the files that have a shard's name but not its size."""
-    return [shard.path for shard in _named(folder) if not shard.is_there]
+    return [shard.path for shard, size in _named(folder) if size != shard.size]
 
 
-def _named(folder: Path, pattern: str = "tile-*.h5") -> list[Shard]:
-    """Return what has a shard's name in the folders of stages."""
-    shards = (_parse(path) for path in sorted(folder.glob(f"*/{pattern}")))
-    return [shard for shard in shards if shard is not None]
+def _named(folder: Path, prefix: str = "tile-") -> Iterator[tuple[Shard, int]]:
+    """Yield what has a shard's name in the folders of stages, in order, and its size, -1 where it is no file."""
+    for stage in (folder / entry.name for entry in _listed(folder)):
+        for entry in _listed(stage):
+            shard = _parse(stage / entry.name) if entry.name.startswith(prefix) else None
+            if shard is not None:
+                yield shard, _size(entry)
+
+
+def _listed(folder: Path) -> list[os.DirEntry[str]]:
+    """Return what a folder holds, by name; nothing where it is none or may not be read."""
+    with contextlib.suppress(FileNotFoundError, NotADirectoryError, PermissionError), os.scandir(folder) as entries:
+        return sorted(entries, key=lambda entry: entry.name)
+    return []
+
+
+def _size(entry: os.DirEntry[str]) -> int:
+    """Return the size of a file, asking the system once; -1 for what is none."""
+    with contextlib.suppress(OSError):
+        status = entry.stat()
+        return status.st_size if stat.S_ISREG(status.st_mode) else -1
+    return -1
 
 
 def is_shard_name(name: str) -> bool:

@@ -18,7 +18,15 @@ from quavsweep.measures import Evidence
 from quavsweep.provenance import Identity
 from quavsweep.store.evidence import LARGEST, read_shard
 from quavsweep.store.folder import RunFolder
-from quavsweep.store.shard import Shard, digest_of, misfits, scan_shards, set_aside, write_shard
+from quavsweep.store.shard import (
+    Shard,
+    digest_of,
+    known_shards,
+    misfits,
+    scan_shards,
+    set_aside,
+    write_shard,
+)
 
 Block = tuple[slice, ...]
 UNKNOWN = 8192  # cells per tile for readers of a folder without shards
@@ -41,7 +49,7 @@ class ShardSet:
     begun : dict
         Of all cells of a tile at the last of the earlier ends, by number of the tile.
     passes : dict
-        Of cells that went on beyond the end of the sweep, by number of the tile, end, and digest of their list.
+        Of cells that went on beyond the end of the sweep, by number of the tile, then by end and digest of their list.
     doubles : list
         Where there are several of a kind, all but one; none of them is read, but by whoever looks for damage.
     """
@@ -52,7 +60,7 @@ class ShardSet:
     tile_cells: int
     shards: dict[int, Shard] = field(default_factory=dict)
     begun: dict[int, Shard] = field(default_factory=dict)
-    passes: dict[tuple[int, int, str], Shard] = field(default_factory=dict)
+    passes: dict[int, dict[tuple[int, str], Shard]] = field(default_factory=dict)
     doubles: list[Shard] = field(default_factory=list)
 
     @classmethod
@@ -71,9 +79,15 @@ class ShardSet:
                 shards.add(shard)
         return shards
 
-    def find(self, index: int) -> None:
-        """Take in the shards of one tile that lie in the folder."""
-        for shard in sorted(scan_shards(self.folder, index), key=lambda shard: shard.end):
+    def names(self, index: int) -> tuple[str, ...]:
+        """Return the names of the shards of one tile, by which another process can `find` them."""
+        of_all = (shards[index] for shards in (self.begun, self.shards) if index in shards)
+        return tuple(shard.name for shard in (*of_all, *self.passes.get(index, {}).values()))
+
+    def find(self, index: int, names: Iterable[str] | None = None) -> None:
+        """Take in the shards of one tile: those of these names, or all that lie in the folder, which is listed."""
+        found = scan_shards(self.folder, index) if names is None else known_shards(self.folder, names)
+        for shard in sorted(found, key=lambda shard: shard.end):
             if shard.tile_cells == self.tile_cells and shard.end >= 0:
                 self.add(shard)
 
@@ -105,8 +119,9 @@ class ShardSet:
         """Take a shard in; of the earlier stages of a tile the last one added counts."""
         before: Shard | None = None
         if shard.listed:
-            before = self.passes.get(key := (shard.tile, shard.end, shard.listed))
-            self.passes[key] = shard
+            passes = self.passes.setdefault(shard.tile, {})
+            before = passes.get(key := (shard.end, shard.listed))
+            passes[key] = shard
         elif shard.end == self.end:
             before = self.shards.get(shard.tile)
             self.shards[shard.tile] = shard
@@ -164,7 +179,7 @@ class ShardSet:
         DamageError
             If the shard's content is not what was published.
         """
-        shard = self.passes.get((index, end, digest_of(cells)))
+        shard = self.passes.get(index, {}).get((end, digest_of(cells)))
         return None if shard is None else self._read(shard)
 
     def _read(self, shard: Shard) -> Evidence:
@@ -173,7 +188,11 @@ class ShardSet:
 
     def __iter__(self) -> Iterator[Shard]:
         """Yield every shard."""
-        yield from (*self.shards.values(), *self.begun.values(), *self.passes.values(), *self.doubles)
+        yield from self.shards.values()
+        yield from self.begun.values()
+        for shards in self.passes.values():
+            yield from shards.values()
+        yield from self.doubles
 
     def discard_damaged(self) -> list[int]:
         """Verify every shard, set the damaged ones aside, and return the numbers of their tiles."""

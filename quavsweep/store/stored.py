@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from quavsweep.grid import Axis, Grid
+
 Part = tuple[slice | int, ...]  # of the leading dimensions
 Read = Callable[[str, Part], np.ndarray]
 
@@ -64,6 +66,10 @@ class Stored:
     attributes: dict[str, dict[str, Any]]
     file_attributes: dict[str, Any]
     foreign: bool = False  # whether it comes from elsewhere
+
+    def grid(self, name: str) -> Grid:
+        """Return the grid of a variable's numbers, by the lengths of its dimensions; it is not read."""
+        return Grid(tuple(Axis(dim, (0.0,) * len(self.data[dim])) for dim in self.dims[name]))
 
     def part(self, name: str, part: Part) -> np.ndarray:
         """Return a part of a variable; where it lies in a file, no more of it is read."""

@@ -12,6 +12,7 @@ from tests.faults import (
     disk,
     edit,
     flip,
+    growth,
     identity,
     kill,
     layout,
@@ -29,7 +30,7 @@ from tests.faults import (
 from tests.faults.fault import Fault
 
 MODULES = (
-    *(bomb, cache, cell, config, disk, edit, flip, identity, kill, layout),
+    *(bomb, cache, cell, config, disk, edit, flip, growth, identity, kill, layout),
     *(leak, lock, machine, path, step, stop, stranger, terminal, untrusted, worker),
 )
 FAULTS: tuple[Fault, ...] = tuple(sorted((f for module in MODULES for f in module.FAULTS), key=lambda f: f.key))
