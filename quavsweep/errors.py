@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import errno
+
+# Of the system's errors those that say nothing about the path that was asked for.
+DISK_ERRNOS = frozenset(
+    (errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ESTALE)
+)
 STOPPED = "the run was stopped"
 
 

@@ -22,7 +22,7 @@ from quavsweep.config.sweep import Sweep
 from quavsweep.config.syntax import UnreadableError
 from quavsweep.config.times import check_effort, choose_clock, rounding
 from quavsweep.config.zipped import check_names
-from quavsweep.errors import ConfigError, ModelError
+from quavsweep.errors import DISK_ERRNOS, ConfigError, DiskError, ModelError
 from quavsweep.measures import Verdict
 from quavsweep.models import POSSIBLE, Model, load_model
 from quavsweep.nearest import nearest
@@ -54,7 +54,8 @@ def load_sweep(path: Path | str, changes: Sequence[str] = (), model: Model | Pat
         with path.open("rb") as file:
             text = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise ConfigError(f"cannot be read: {error.strerror}", str(path)) from error
+        kind = DiskError if error.errno in DISK_ERRNOS else ConfigError
+        raise kind(f"cannot be read: {error.strerror}", str(path)) from error
     if len(text) > MAX_BYTES:
         raise ConfigError(f"is larger than {MAX_BYTES} bytes", str(path))
     return parse_sweep(text, str(path), changes, model or described_beside(path))

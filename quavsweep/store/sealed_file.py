@@ -12,6 +12,7 @@ import threading
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
 
 import h5py
 import numpy as np
@@ -29,6 +30,12 @@ READING = (OSError, RuntimeError)  # what HDF5 raises where it cannot read
 BROKEN = (*READING, KeyError, ValueError, TypeError, AttributeError, IndexError)  # and what follows from lost structure
 
 
+def _close(raw: IO[bytes]) -> None:
+    """Close a file of which nobody wants to know any more; it was only read."""
+    with contextlib.suppress(OSError):
+        raw.close()
+
+
 class SealedFile:
     """An open result file whose bytes are those that were written.
 
@@ -41,7 +48,7 @@ class SealedFile:
         self._reading = threading.Lock()
         with self._told():
             self._raw = path.open("rb")
-            weakref.finalize(self, self._raw.close)
+            weakref.finalize(self, _close, self._raw)
             self._written = self._stamp()
             known = is_known(seal_digest(self._raw))
             if not known and self._written[0] > LARGEST:
