@@ -86,13 +86,13 @@ def _scanned(samples: int) -> tuple[list[float], float]:
     """Return how long scans of 20,000 shards take [s], and the memory of a shard [bytes]."""
     sweep = load_sweep(OMEGA_C, [f"axes.Omega1.num={LARGE}", f"axes.c.num={LARGE}"])
     with tempfile.TemporaryDirectory() as folder:
-        run, seconds = fabricate(Path(folder) / "run", sweep, SHARDS), []
+        run, identity, seconds = fabricate(Path(folder) / "run", sweep, SHARDS), identify(sweep), []
         for _ in range(samples):
             began = time.perf_counter()
-            ShardSet.scan(run, sweep, identify(sweep))
+            ShardSet.scan(run, sweep, identity)
             seconds.append(time.perf_counter() - began)
         tracemalloc.start()
-        shards = ShardSet.scan(run, sweep, identify(sweep))
+        shards = ShardSet.scan(run, sweep, identity)
         tiles = [*map(shards.tile, range(len(shards.shards)))]
         size = tracemalloc.get_traced_memory()[0] / len(tiles)
         tracemalloc.stop()
