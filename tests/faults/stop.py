@@ -7,7 +7,6 @@ has the same bytes all the same.
 from __future__ import annotations
 
 import itertools
-import os
 import shutil
 import signal
 import time
@@ -20,7 +19,7 @@ from typing import Any
 
 import quavsweep.work
 from quavsweep.cli.stop import SIGNALS
-from tests.faults.arena import Arena, Victim
+from tests.faults.arena import HANG_SECONDS, Arena, Victim
 from tests.faults.crew import have_children
 from tests.faults.fault import Case, Fault
 from tests.faults.interpreter import run_fresh
@@ -28,6 +27,7 @@ from tests.faults.probe import Probe
 from tests.faults.subject import ENSEMBLE, GRID, SUBJECTS, Subject
 
 SECONDS = 2.0
+HELD_SECONDS = 0.1
 DONE, STOPPED, TWICE = 0, 75, 130
 WAYS = ("Ctrl-C", "Ctrl-C twice", "SIGTERM", "SIGHUP", "SIGUSR1", "--max-time")
 NUMBERS = {way: signal.SIGINT if "Ctrl-C" in way else signal.Signals[way] for way in WAYS[:-1]}
@@ -58,10 +58,10 @@ def _prepare(place: Path, held: bool) -> None:
 
 
 def _held(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function before which its process stops itself, until SIGCONT: it takes milliseconds."""
+    """Return a function that waits a while first, because it takes so little time that it could not be hit."""
 
     def held(*arguments: Any) -> Any:
-        os.kill(os.getpid(), signal.SIGSTOP)
+        time.sleep(HELD_SECONDS)
         return function(*arguments)
 
     return held
@@ -112,7 +112,7 @@ SCENES = (
     Scene("tiles", ENSEMBLE_SUBJECT),
     Scene("start-up", GRID_SUBJECT, 0.6, start=partial(run_fresh, cold=False)),
     Scene("effort", HUGE, 0.3, "going on"),
-    Scene("step check", GRID_SUBJECT, 0.01, "checking", start=partial(_forked, held=True)),
+    Scene("step check", GRID_SUBJECT, HELD_SECONDS, "checking", start=partial(_forked, held=True)),
     Scene("processes", GRID_SUBJECT, 4.0, rounds=2, start=_processes),
     Scene("compiling", GRID_SUBJECT, 4.0, rounds=1, start=partial(run_fresh, cold=True)),
     Scene("tiles", GRID_SUBJECT),
@@ -159,7 +159,6 @@ def _stop(arena: Arena, scene: Scene, place: Path) -> tuple[Case, bool]:
         victim.process.join(delay)
         heard, told = _hears(victim), time.monotonic()
         victim.send(NUMBERS[way])
-        victim.send(signal.SIGCONT)
         if "twice" in way:
             victim.process.join(rng.uniform(0.005, 0.2))
             victim.send(signal.SIGINT)
@@ -171,8 +170,8 @@ def _stop(arena: Arena, scene: Scene, place: Path) -> tuple[Case, bool]:
 
 def _wait_for(victim: Victim, phase: str) -> None:
     """Wait until a phase of a run has begun, or the run has ended."""
-    probe = Probe(victim.folder / "probe")
-    while phase and victim.code is None and not probe[phase]:
+    probe, deadline = Probe(victim.folder / "probe"), time.monotonic() + HANG_SECONDS
+    while phase and victim.code is None and not probe[phase] and time.monotonic() < deadline:
         time.sleep(0.001)
 
 
