@@ -14,6 +14,7 @@ from quavsweep.cli.look import export, status, verify
 from quavsweep.cli.margin import margin
 from quavsweep.cli.paper import paper
 from quavsweep.cli.run import classify, extend, run
+from quavsweep.cli.stop import leave
 from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, deafen, prepare_streams, say, warn
 from quavsweep.cli.write import init, schema
 from quavsweep.errors import QuavsweepError
@@ -64,7 +65,7 @@ for verb in (init, run, extend, status, plot, point, classify, verify, diff, exp
 
 def main() -> NoReturn:
     """Run the command and exit with the code that fits what happened."""
-    sys.exit(_main())
+    leave(_main())
 
 
 def _main() -> int:

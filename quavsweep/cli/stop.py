@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import os
 import signal
 import sys
 import threading
 from collections.abc import Callable
 from functools import partial
+from typing import NoReturn
 
 from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, warn
 from quavsweep.errors import STOPPED, StoppedError
@@ -43,6 +45,16 @@ def stop_on_signals(max_time: float | None) -> threading.Event:
     if max_time is not None:
         _later(max_time, partial(os.write, tells, bytes([_TIME_OVER])))
     return stop
+
+
+def leave(code: int) -> NoReturn:
+    """End the process with a code; a stopped run at once, for taking an interpreter apart may take a second."""
+    if code == StoppedError.exit_code and signal.getsignal(signal.SIGTERM) is _leave_to_listener:
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError, AttributeError):
+                stream.flush()
+        os._exit(code)
+    sys.exit(code)
 
 
 def _leave_to_listener(number: int, frame: object) -> None:
