@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -39,7 +38,7 @@ def add(file: Path, tallies: Sequence[Tally], seed: int) -> None:
         {
             "date": datetime.now(UTC).isoformat(timespec="seconds"),
             "commit": commit(),
-            "quavsweep": machine(),
+            "machine": machine(),
             "seed": seed,
             "faults": {tally.fault.key: _plain(tally) for tally in tallies},
         }
@@ -67,17 +66,21 @@ def _plain(tally: Tally) -> dict[str, Any]:
 
 
 def table(file: Path) -> str:
-    """Return the table of everything that a file records: fault, cases, survived, silent errors, dates, commits."""
-    lines = ["| fault | cases | survived | silent | last date | commits |", "|---|---|---|---|---|---|"]
+    """Return the table of all that a file records.
+
+    Cases count since a fault last got through; what got through before, and was mended, has a column of its own.
+    """
+    lines = ["| fault | cases | survived | silent | mended before | date | commits |", "|---|---|---|---|---|---|---|"]
+    calls = read(file)
     for fault in FAULTS:
-        counts, dates, commits = Counter[str](), list[str](), dict[str, None]()
-        for call in read(file):
-            found = call["faults"].get(fault.key)
-            if found is not None and found["cases"]:
-                counts.update({key: found[key] for key in ("cases", "survived", "silent")})
-                dates.append(call["date"][:10])
-                commits[str(call["commit"]["id"])[:7]] = None
-        numbers = " | ".join(f"{counts[key]:,}" for key in ("cases", "survived", "silent"))
-        when = f"{max(dates)} | {', '.join(commits)}" if dates else "not run |"
-        lines.append(f"| {fault.key} {fault.title} | {numbers} | {when} |")
+        found = [(call, told) for call in calls if (told := call["faults"].get(fault.key)) and told["cases"]]
+        bad = [number for number, (_, told) in enumerate(found) if told["survived"] < told["cases"] or told["whole"]]
+        first = bad[-1] + 1 if bad and bad[-1] + 1 < len(found) else 0
+        since = found[first:]
+        sums = {key: sum(told[key] for _, told in since) for key in ("cases", "survived", "silent")}
+        mended = sum(told["cases"] - told["survived"] for _, told in found[:first])
+        when = max((call["date"][:10] for call, _ in since), default="not run")
+        commits = ", ".join(dict.fromkeys(str(call["commit"]["id"])[:7] for call, _ in since))
+        numbers = " | ".join(f"{n:,}" for n in (*sums.values(), mended))
+        lines.append(f"| {fault.key} {fault.title} | {numbers} | {when} | {commits} |")
     return "\n".join(lines)

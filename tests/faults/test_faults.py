@@ -10,7 +10,7 @@ import pytest
 from tests.faults import __main__ as attacks
 from tests.faults.catalogue import FAULTS
 from tests.faults.fault import Case, Fault, Tally
-from tests.faults.record import read, table, told
+from tests.faults.record import add, read, table, told
 
 
 @pytest.mark.parametrize("fault", [fault for fault in FAULTS if fault.push], ids=lambda fault: fault.key)
@@ -46,7 +46,16 @@ def test_the_record_accumulates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     file = tmp_path / "faults.json"
     assert [attacks.main(["--json", str(file)]) for _ in range(2)] == [0, 0]
     assert [call["faults"]["F01"]["survived"] for call in read(file)] == [2, 2]
-    assert "| 4 | 4 | 0 |" in table(file)
+    assert "| 4 | 4 | 0 | 0 |" in table(file)
+
+
+def test_the_table_counts_cases_since_a_fault_last_got_through(tmp_path: Path) -> None:
+    file = tmp_path / "faults.json"
+    for case in (Case(False, "lost"), Case(True), Case(True)):
+        add(file, [Tally(_fault(case)).count([case])], seed=0)
+    assert "| 2 | 2 | 0 | 1 |" in table(file)
+    add(file, [Tally(_fault()).count([Case(False, "lost")])], seed=0)
+    assert "| 4 | 2 | 0 | 0 |" in table(file)
 
 
 def test_an_unknown_key_is_exit_2_with_the_list(capsys: pytest.CaptureFixture[str]) -> None:
