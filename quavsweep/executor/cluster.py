@@ -44,6 +44,7 @@ SETTINGS = {
     "distributed.scheduler.allowed-failures": 10,
     "distributed.comm.timeouts.connect": f"{CONNECT_SECONDS:g}s",
     "distributed.admin.log-format": "%(message)s",
+    "distributed.worker.profile.enabled": False,  # its samples fill 130 kB of a worker's memory per second
 }
 
 
