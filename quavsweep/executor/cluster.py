@@ -43,6 +43,7 @@ AHEAD = 2  # tiles per thread that are submitted, so that none waits for the dri
 SETTINGS = {
     "distributed.scheduler.allowed-failures": 10,
     "distributed.comm.timeouts.connect": f"{CONNECT_SECONDS:g}s",
+    "distributed.client.scheduler-info-interval": "1h",  # nobody reads it here, and it takes a connection of its own
     "distributed.admin.log-format": "%(message)s",
     "distributed.worker.profile.enabled": False,  # its samples fill 130 kB of a worker's memory per second
 }
