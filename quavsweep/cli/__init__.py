@@ -15,7 +15,7 @@ from quavsweep.cli.margin import margin
 from quavsweep.cli.paper import paper
 from quavsweep.cli.run import classify, extend, run
 from quavsweep.cli.stop import leave
-from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, deafen, prepare_streams, say, warn
+from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, deafen, drain, prepare_streams, say, warn
 from quavsweep.cli.write import init, schema
 from quavsweep.errors import QuavsweepError
 
@@ -65,7 +65,8 @@ for verb in (init, run, extend, status, plot, point, classify, verify, diff, exp
 
 def main() -> NoReturn:
     """Run the command and exit with the code that fits what happened."""
-    leave(_main())
+    code = _main()
+    leave(code if drain() else code or EXIT_DISK)
 
 
 def _main() -> int:

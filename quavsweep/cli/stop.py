@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import contextlib
 import os
 import signal
 import sys
@@ -48,11 +47,8 @@ def stop_on_signals(max_time: float | None) -> threading.Event:
 
 
 def leave(code: int) -> NoReturn:
-    """End the process with a code; a stopped run at once, for taking an interpreter apart may take a second."""
+    """End the process, which has printed all; a stopped run at once, without taking its interpreter apart."""
     if code == StoppedError.exit_code and signal.getsignal(signal.SIGTERM) is _leave_to_listener:
-        for stream in (sys.stdout, sys.stderr):
-            with contextlib.suppress(OSError, ValueError, AttributeError):
-                stream.flush()
         os._exit(code)
     sys.exit(code)
 

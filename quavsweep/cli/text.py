@@ -10,6 +10,7 @@ import re
 import sys
 import textwrap
 from collections.abc import Iterable
+from typing import TextIO
 
 import click
 
@@ -48,9 +49,23 @@ def prepare_streams() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def deafen() -> None:
-    """Send what is still to be printed nowhere, once nobody reads it."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def deafen(stream: TextIO | None = None) -> None:
+    """Send what is still to be printed (by default to standard output) nowhere, once nobody reads it."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
+
+
+def drain() -> bool:
+    """Print what is left before the process ends; tell whether that was possible, and nothing is left in any case."""
+    done = True
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError as error:
+            done = done and not (stream is sys.stdout and error.errno == errno.ENOSPC)
+            deafen(stream)
+        except (ValueError, AttributeError):
+            pass
+    return done
 
 
 def warn(text: object) -> None:

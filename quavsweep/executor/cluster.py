@@ -39,6 +39,7 @@ SILENT_SECONDS = 45.0  # without an answer of the scheduler
 WORKER_SECONDS = 600.0  # without any worker, where a batch system may start them
 WORKER_SECONDS_LOCAL = 45.0
 CLOSING_SECONDS = 1.0
+STARTS = 3  # of processes on this machine, until it is given up
 AHEAD = 2  # tiles per thread that are submitted, so that none waits for the driver
 SETTINGS = {
     "distributed.scheduler.allowed-failures": 10,
@@ -87,15 +88,7 @@ class Cluster:
         logging.getLogger("tornado").setLevel(logging.CRITICAL)
         dask.config.set(SETTINGS)
         if self.processes:
-            self._local = distributed.LocalCluster(
-                n_workers=self.processes,
-                threads_per_worker=1,
-                processes=True,
-                host="127.0.0.1",
-                dashboard_address="127.0.0.1:0",
-                memory_limit=0,
-                silence_logs=logging.CRITICAL,
-            )
+            self._local = self._started()
             self._client = distributed.Client(self._local, timeout=CONNECT_SECONDS)
             return self
         where = self._secure_address()
@@ -105,6 +98,24 @@ class Cluster:
         except (OSError, TimeoutError, ValueError) as error:
             raise StoppedError(f"no scheduler answers ({error})", where, "start it and run the same command") from None
         return self
+
+    def _started(self) -> distributed.LocalCluster:
+        """Return a cluster of this machine; a process that dies while it starts is no reason not to have one."""
+        why: Exception | None = None
+        for _ in range(STARTS):
+            try:
+                return distributed.LocalCluster(
+                    n_workers=self.processes,
+                    threads_per_worker=1,
+                    processes=True,
+                    host="127.0.0.1",
+                    dashboard_address="127.0.0.1:0",
+                    memory_limit=0,
+                    silence_logs=logging.CRITICAL,
+                )
+            except (RuntimeError, OSError, TimeoutError) as error:
+                why = error
+        raise StoppedError(f"{self.processes} processes cannot be started ({why})", possible="run the same command")
 
     def _secure_address(self) -> str:
         """Return what names the scheduler, unless it is one of another machine without TLS."""

@@ -13,13 +13,16 @@ from tests.faults.arena import Arena, Victim
 from tests.faults.probe import Probe
 from tests.faults.subject import Subject
 
+# SIGHUP does what it does also where these attacks were started by nohup.
+HEARING = ("env", "--default-signal=HUP")
+
 
 class Interpreter:
     """A process with the interface of those of `multiprocessing`."""
 
     def __init__(self, words: Sequence[str], out: Path, variables: dict[str, str]) -> None:
         with out.open("wb") as file:
-            command = [sys.executable, "-m", *words]
+            command = [*HEARING, sys.executable, "-m", *words]
             self._process = subprocess.Popen(command, stdout=file, stderr=file, env={**os.environ, **variables})
         self.pid, self.kill = self._process.pid, self._process.kill
 
