@@ -211,7 +211,9 @@ def consolidate(
                 return None if shards.discard_damaged() else 0
     progress.stage = "writing the result"
     try:
-        return write_outcome(folder.result, shards, failures.traces, stopped)
+        waiting = write_outcome(folder.result, shards, failures.traces, stopped)
+        shards.discard_damaged(unread=True)  # the result does without them, but nothing damaged stays
+        return waiting
     except DamageError:
         shards.discard_damaged()
         return None

@@ -62,6 +62,7 @@ class ShardSet:
     begun: dict[int, Shard] = field(default_factory=dict)
     passes: dict[int, dict[tuple[int, str], Shard]] = field(default_factory=dict)
     doubles: list[Shard] = field(default_factory=list)
+    _unread: set[Shard] = field(default_factory=set, repr=False)
 
     @classmethod
     def scan(cls, run: RunFolder, sweep: Sweep, identity: Identity, tile_cells: int = UNKNOWN) -> ShardSet:
@@ -118,6 +119,7 @@ class ShardSet:
     def add(self, shard: Shard) -> None:
         """Take a shard in; of the earlier stages of a tile the last one added counts."""
         before: Shard | None = None
+        self._unread.add(shard)
         if shard.listed:
             passes = self.passes.setdefault(shard.tile, {})
             before = passes.get(key := (shard.end, shard.listed))
@@ -184,6 +186,7 @@ class ShardSet:
 
     def _read(self, shard: Shard) -> Evidence:
         sweep = self.sweep.until(shard.end)
+        self._unread.discard(shard)
         return read_shard(shard, self.tile(shard.tile), content_variables(sweep), sweep.extents, self.identity)
 
     def __iter__(self) -> Iterator[Shard]:
@@ -194,9 +197,13 @@ class ShardSet:
             yield from shards.values()
         yield from self.doubles
 
-    def discard_damaged(self) -> list[int]:
-        """Verify every shard, set the damaged ones aside, and return the numbers of their tiles."""
-        damaged = {shard for shard, _ in self._damaged()}
+    def discard_damaged(self, *, unread: bool = False) -> list[int]:
+        """Verify every shard, set the damaged ones aside, and return the numbers of their tiles.
+
+        With `unread` only those that nobody has read so far: of shorter runs, and of passes for other thresholds.
+        """
+        looked_at = [*self._unread] if unread else [*self]
+        damaged = {shard for shard, _ in self._damaged(looked_at)}
         for shard in damaged:
             set_aside(shard)
         kept = sorted({*self} - damaged, key=lambda shard: (shard.end, shard.path))
@@ -207,10 +214,10 @@ class ShardSet:
 
     def damage(self) -> dict[int, str]:
         """Verify every shard; return what is wrong with the damaged ones, by the numbers of their tiles."""
-        return {shard.tile: what for shard, what in self._damaged()}
+        return {shard.tile: what for shard, what in self._damaged(self)}
 
-    def _damaged(self) -> Iterable[tuple[Shard, str]]:
-        for shard in sorted(self, key=lambda shard: (shard.tile, shard.end)):
+    def _damaged(self, shards: Iterable[Shard]) -> Iterable[tuple[Shard, str]]:
+        for shard in sorted(shards, key=lambda shard: (shard.tile, shard.end)):
             try:
                 self._read(shard)
             except DamageError as error:
