@@ -150,7 +150,7 @@ def _stop(arena: Arena, scene: Scene, place: Path) -> tuple[Case, bool]:
     """Stop a run in some way; return what became of it, and whether it was done."""
     rng = arena.rng
     way = rng.choice(WAYS if scene.timed else WAYS[:-1])
-    delay = rng.uniform(0.0, scene.seconds or arena.undisturbed(scene.subject).seconds)
+    delay = rng.uniform(0.001, scene.seconds or arena.undisturbed(scene.subject).seconds)
     victim = scene.start(arena, scene.subject, place, ("--max-time", f"{delay:.3f}s") if way == WAYS[-1] else ())
     if way == WAYS[-1]:
         heard, told = True, victim.begun + delay
