@@ -21,25 +21,14 @@ def lookup3(data: bytes) -> int:
     words = struct.unpack(f"<{len(padded) // 4}I", padded)
     for i in range(0, len(words) - 3, 3):
         a, b, c = (a + words[i]) & _MASK, (b + words[i + 1]) & _MASK, (c + words[i + 2]) & _MASK
-        a = ((a - c) & _MASK) ^ _rotated(c, 4)
-        c = (c + b) & _MASK
-        b = ((b - a) & _MASK) ^ _rotated(a, 6)
-        a = (a + c) & _MASK
-        c = ((c - b) & _MASK) ^ _rotated(b, 8)
-        b = (b + a) & _MASK
-        a = ((a - c) & _MASK) ^ _rotated(c, 16)
-        c = (c + b) & _MASK
-        b = ((b - a) & _MASK) ^ _rotated(a, 19)
-        a = (a + c) & _MASK
-        c = ((c - b) & _MASK) ^ _rotated(b, 4)
-        b = (b + a) & _MASK
+        for shift in (4, 6, 8, 16, 19, 4):
+            a = ((a - c) & _MASK) ^ _rotated(c, shift)
+            a, b, c = b, (c + b) & _MASK, a
     if data:
         a, b, c = (a + words[-3]) & _MASK, (b + words[-2]) & _MASK, (c + words[-1]) & _MASK
-        for x, y, k in (("c", "b", 14), ("a", "c", 11), ("b", "a", 25), ("c", "b", 16), ("a", "c", 4), ("b", "a", 14)):
-            values = {"a": a, "b": b, "c": c}
-            values[x] = ((values[x] ^ values[y]) - _rotated(values[y], k)) & _MASK
-            a, b, c = values["a"], values["b"], values["c"]
-        c = ((c ^ b) - _rotated(b, 24)) & _MASK
+        for shift in (14, 11, 25, 16, 4, 14, 24):
+            a, b, c = b, ((c ^ b) - _rotated(b, shift)) & _MASK, a
+        c = b
     return c
 
 

@@ -8,46 +8,32 @@ from functools import cached_property
 from quavsweep.config import Sweep, parse_sweep
 
 # RK4 diverges from about rho = 400 on. Starts of an ensemble cannot go on with an effort, so there are two sweeps.
-GRID = """
+_MEASURES = "measures: {lyapunov: {exponents: 3, block: 5}}"
+GRID = f"""
 name: grid
 model: lorenz
-initial: {x: 1.0, y: 1.0, z: 20.0}
+initial: {{x: 1.0, y: 1.0, z: 20.0}}
 axes:
-  rho: {start: 0.5, stop: 620, num: 64}
-integrate: {method: rk4, dt: 0.02, transient: 10, duration: 50}
-measures: {lyapunov: {exponents: 3, block: 5}}
-effort: {max_duration: 120}
+  rho: {{start: 0.5, stop: 620, num: 64}}
+integrate: {{method: rk4, dt: 0.02, transient: 10, duration: 50}}
+{_MEASURES}
+effort: {{max_duration: 120}}
 """
-ENSEMBLE = """
+ENSEMBLE = f"""
 name: ensemble
 model: lorenz
-initial: {z: 20.0}
+initial: {{z: 20.0}}
 axes:
-  rho: {values: [0.5, 14, 20, 22.5, 28, 60, 100.5, 160, 350, 900]}
-  ensemble: {num: 8, seed: 1, box: {x: [-10, 10], y: [-10, 10]}}
-integrate: {method: rk4, dt: 0.02, transient: 10, duration: 50}
-measures: {lyapunov: {exponents: 3, block: 5}}
+  rho: {{values: [0.5, 14, 20, 22.5, 28, 60, 100.5, 160, 350, 900]}}
+  ensemble: {{num: 8, seed: 1, box: {{x: [-10, 10], y: [-10, 10]}}}}
+integrate: {{method: rk4, dt: 0.02, transient: 10, duration: 50}}
+{_MEASURES}
 """
 # Where the sweep does not matter, this one takes half a second.
-QUICK = """
-name: quick
-model: lorenz
-initial: {x: 1.0, y: 1.0, z: 20.0}
-axes:
-  rho: {start: 0.5, stop: 620, num: 16}
-integrate: {method: rk4, dt: 0.02, transient: 2, duration: 6}
-measures: {lyapunov: {exponents: 3, block: 5}}
-"""
-# Where the sweep does not matter, this one takes half a second.
-QUICK = """
-name: quick
-model: lorenz
-initial: {x: 1.0, y: 1.0, z: 20.0}
-axes:
-  rho: {start: 0.5, stop: 620, num: 16}
-integrate: {method: rk4, dt: 0.02, transient: 2, duration: 6}
-measures: {lyapunov: {exponents: 3, block: 5}}
-"""
+QUICK = GRID.partition("effort")[0]
+for old, new in (("name: grid", "name: quick"), ("num: 64", "num: 16"), (": 10, duration: 50", ": 2, duration: 6")):
+    assert old in QUICK, old
+    QUICK = QUICK.replace(old, new)
 TILE_CELLS = 5
 
 
