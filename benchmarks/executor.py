@@ -19,7 +19,7 @@ from quavsweep.executor import Executor
 from quavsweep.sweep import run_sweep
 
 WORKERS = 2
-LONG = ("stop_early=false", "axes.Omega1.num=320", "axes.c.num=100", "integrate.duration=9000")
+LONG = ("stop_early=false", "axes.Omega1.num=320", "axes.c.num=100", "integrate.duration=13000")
 QUICK = ("stop_early=false", "axes.Omega1.num=60", "axes.c.num=40", "integrate.duration=3000")
 WARM = ("axes.Omega1.num=8", "axes.c.num=4")
 

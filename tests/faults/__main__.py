@@ -14,7 +14,7 @@ from pathlib import Path
 from tests.faults.arena import Arena
 from tests.faults.catalogue import listing, select
 from tests.faults.fault import Fault, Tally
-from tests.faults.record import HEAD, add, table, told
+from tests.faults.record import HEAD, add, read, table, told
 
 RECORD = Path(__file__).parents[2] / "results" / "faults.json"
 
@@ -23,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Make faults and print a row for each; return 0 if all promises held, 1 if one did not, 2 for a wrong key."""
     options = _parser().parse_args(arguments)
     if options.list or options.table:
-        print(table(options.json) if options.table else listing())
+        print(table(read(options.json)) if options.table else listing())
         return 0
     try:
         faults = select(options.keys)

@@ -65,13 +65,12 @@ def _plain(tally: Tally) -> dict[str, Any]:
     }
 
 
-def table(file: Path) -> str:
-    """Return the table of all that a file records.
+def table(calls: Sequence[dict[str, Any]]) -> str:
+    """Return the table of what calls found.
 
     Cases count since a fault last got through; what got through before, and was mended, has a column of its own.
     """
     lines = ["| fault | cases | survived | silent | mended before | date | commits |", "|---|---|---|---|---|---|---|"]
-    calls = read(file)
     for fault in FAULTS:
         found = [(call, told) for call in calls if (told := call["faults"].get(fault.key)) and told["cases"]]
         bad = [number for number, (_, told) in enumerate(found) if told["survived"] < told["cases"] or told["whole"]]

@@ -12,6 +12,8 @@ from tests.faults.catalogue import FAULTS
 from tests.faults.fault import Case, Fault, Tally
 from tests.faults.record import add, read, table, told
 
+README = Path(__file__).parents[2] / "README.md"
+
 
 @pytest.mark.parametrize("fault", [fault for fault in FAULTS if fault.push], ids=lambda fault: fault.key)
 def test_promises_hold(fault: Fault, tmp_path: Path) -> None:
@@ -46,18 +48,23 @@ def test_the_record_accumulates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     file = tmp_path / "faults.json"
     assert [attacks.main(["--json", str(file)]) for _ in range(2)] == [0, 0]
     assert [call["faults"]["F01"]["survived"] for call in read(file)] == [2, 2]
-    assert "| 4 | 4 | 0 | 0 |" in table(file)
+    assert "| 4 | 4 | 0 | 0 |" in table(read(file))
 
 
 def test_the_table_counts_cases_since_a_fault_last_got_through(tmp_path: Path) -> None:
     file = tmp_path / "faults.json"
     for case in (Case(False, "lost"), Case(True), Case(True)):
         add(file, [Tally(_fault(case)).count([case])], seed=0)
-    assert "| 2 | 2 | 0 | 1 |" in table(file)
+    assert "| 2 | 2 | 0 | 1 |" in table(read(file))
     add(file, [Tally(_fault()).count([Case(False, "lost")])], seed=0)
-    assert "| 4 | 2 | 0 | 0 |" in table(file)
+    assert "| 4 | 2 | 0 | 0 |" in table(read(file))
 
 
 def test_an_unknown_key_is_exit_2_with_the_list(capsys: pytest.CaptureFixture[str]) -> None:
     assert attacks.main(["F99"]) == 2
     assert "F01" in capsys.readouterr().err
+
+
+def test_the_readme_shows_what_is_recorded() -> None:
+    readme, calls = README.read_text(), read(attacks.RECORD)
+    assert any(table(calls[:n]) in readme for n in range(len(calls) + 1))  # attacks may have been made since
