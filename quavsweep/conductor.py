@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from functools import partial
 
 from quavsweep.codes import STATUS, Status
-from quavsweep.errors import STOPPED, DamageError, DiskError, StoppedError, TilesFailedError
+from quavsweep.errors import STOPPED, ConfigError, DamageError, DiskError, StoppedError, TilesFailedError
 from quavsweep.executor import Executor, Receipt, Task, Threads
 from quavsweep.grid import Tile
 from quavsweep.plan import Plan
@@ -203,7 +203,8 @@ def consolidate(
     if any(tile.index not in failures.traces for tile in missing):
         return None
     if not missing and shards.sweep.config.effort is None:
-        with contextlib.suppress(FileNotFoundError, DamageError):
+        # One that is too large for a file from elsewhere, as it seems without the ledger, is made again.
+        with contextlib.suppress(FileNotFoundError, DamageError, ConfigError):
             stored = read_result(folder.result)
             ours = stored.file_attributes["result_id"] == shards.identity.result
             count = code_counts(stored, "status", STATUS) if ours else None

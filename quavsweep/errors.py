@@ -8,6 +8,7 @@ import errno
 DISK_ERRNOS = frozenset(
     (errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ESTALE)
 )
+PASSING_ERRNOS = DISK_ERRNOS - {errno.EIO}  # that tell nothing about the bytes of a file
 STOPPED = "the run was stopped"
 
 

@@ -80,8 +80,9 @@ def preview_run(
     shards = ShardSet.scan(folder, sweep, identity, choose_tile_cells(plan))
     damage = shards.damage()
     bad = [*shards.truncated(), *damage.values()]
-    for index in damage:
-        del shards.shards[index]
+    for shard in damage:
+        if shards.shards.get(shard.tile) == shard:
+            del shards.shards[shard.tile]
     missing, cells_missing = shards.tiles - len(shards.shards), sweep.grid.size - shards.cells_done
     steps, seconds = _sample(plan, stop) if missing else (math.nan, 0.0)
     shard_bytes, result_bytes = bytes_needed(sweep, cells_missing)

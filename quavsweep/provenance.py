@@ -9,12 +9,12 @@ import platform
 import sys
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import quavsweep
 from quavsweep.config import Sweep
+from quavsweep.kernels.installed import installed_version
 from quavsweep.kernels.layout import FEWEST_LANES
 from quavsweep.kernels.lookup import make_observables, make_program
 from quavsweep.kernels.printer import print_kernel
@@ -182,9 +182,9 @@ def toolchain() -> dict[str, str]:
     blas = [info for info in loaded if any(part.startswith("numpy") for part in Path(info["filepath"]).parts)] or loaded
     features = llvm.get_host_cpu_features()
     return {
-        "numba": version("numba"),
-        "llvmlite": version("llvmlite"),
-        "numpy": version("numpy"),
+        "numba": installed_version("numba"),
+        "llvmlite": installed_version("llvmlite"),
+        "numpy": installed_version("numpy"),
         "numba settings": " ".join(f"{k}={v}" for k, v in sorted(os.environ.items()) if k in _NUMBA_SETTINGS),
         "fma": str(bool(features.get("fma"))),
         "simd": " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])),
@@ -261,7 +261,7 @@ def machine() -> dict[str, Any]:
     return {
         "quavsweep": quavsweep.__version__,
         "python": sys.version.split()[0],
-        "packages": {name: version(name) for name in packages},
+        "packages": {name: installed_version(name) for name in packages},
         "system": platform.platform(),
         "processor": _processor(),
         "cores": os.cpu_count(),

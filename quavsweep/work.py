@@ -19,7 +19,7 @@ from quavsweep.errors import DamageError, RefusedError
 from quavsweep.grid import Tile
 from quavsweep.integrate import continue_cells, integrate_tile
 from quavsweep.kernels.description import describe_model, read_description
-from quavsweep.kernels.lookup import keep_program
+from quavsweep.kernels.lookup import keep_program, program_key
 from quavsweep.measures import Evidence
 from quavsweep.models import NAMES
 from quavsweep.passes import with_passes
@@ -140,8 +140,8 @@ class Order:
         The canonical config.
     model : str
         The description of a model that is not of the catalogue, else empty.
-    program : str
-        The program of the equations, so that none has to be derived.
+    program_key, program : str
+        The program of the equations, so that none has to be derived where they are the same, as the key tells.
     folder : Path
         Of the run, on a file system that all share.
     identity : Identity
@@ -150,6 +150,7 @@ class Order:
 
     config: str
     model: str
+    program_key: str
     program: str
     folder: Path
     identity: Identity
@@ -160,9 +161,11 @@ class Order:
     def of(cls, plan: Plan, shards: ShardSet, folder: Path) -> Order:
         """Return the order of a sweep."""
         model = plan.sweep.model
+        ours = model.name in NAMES
         return cls(
             dump_config(plan.sweep.canonical()),
-            "" if model.name in NAMES else describe_model(model),
+            "" if ours else describe_model(model),
+            program_key(model) if ours else "",
             plan.program.to_json(),
             folder.absolute(),
             shards.identity,
@@ -197,13 +200,12 @@ class Errand:
         Raises
         ------
         RefusedError
-            If this process has another engine, kernel or toolchain.
+            If this process has another engine, kernel or toolchain, or none.
         StoppedError, DiskError
             As `Worker`.
         """
         order = self.order
-        with _MAKING:
-            plan = _plan(order)
+        plan = _proven_plan(order)
         folder = RunFolder(order.folder).shards(order.identity.evidence, order.identity.toolchain)
         shards = ShardSet(folder, plan.sweep, order.identity, order.tile_cells)
         shards.find(self.tile.index, self.known)
@@ -218,13 +220,25 @@ class Errand:
 _MAKING = threading.Lock()
 
 
+def _proven_plan(order: Order) -> Plan:
+    """Return the plan of an order; what goes wrong before a tile is begun tells of this process alone."""
+    try:
+        with _MAKING:
+            return _plan(order)
+    except RefusedError:
+        raise
+    except Exception as error:
+        what = f"a worker cannot make this sweep ({type(error).__name__}: {error})"
+        raise RefusedError(what, os.uname().nodename, "mend that installation, or do without it") from error
+
+
 @lru_cache(maxsize=2)
 def _plan(order: Order) -> Plan:
     """Return the plan of an order, after proof that this process makes the same numbers of it as the driver."""
     model = read_description(order.model) if order.model else None
     sweep = parse_sweep(order.config, "the driver's config", model=model)
     if model is None:
-        keep_program(sweep.model, order.program)
+        keep_program(sweep.model, order.program_key, order.program)
     here = identify(sweep)
     if (here.evidence, here.toolchain) != (order.identity.evidence, order.identity.toolchain):
         what = "kernel or engine" if here.evidence != order.identity.evidence else "toolchain"

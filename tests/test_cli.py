@@ -106,6 +106,13 @@ def test_verify_finds_damage_and_run_repairs_it(config: Path, tmp_path: Path) ->
         (("run", "small.yaml", "--set", "axes.c.num=x"), 2, "--set axes.c.num=x: axes.c.num"),
         (("run", "small.yaml", "--set", "axes"), 2, "KEY=VALUE"),
         (("run", "small.yaml", "--max-time", "soon"), 2, "e.g. 3h50m"),
+        (("run", "small.yaml", "--scheduler", ""), 2, "is not the address of a scheduler"),
+        (
+            ("run", "small.yaml", "--processes", "2", "--workers", "2"),
+            2,
+            "--processes and --workers exclude each other",
+        ),
+        (("run", "small.yaml", "--insecure"), 2, "--insecure is for a cluster"),
         (("point", "small.yaml", "Omega1=100"), 2, "c has no value; give Omega1=..., c=..."),
         (("point", "small.yaml", "Omega1"), 2, "is not KEY=NUMBER"),
         (("point", "none.yaml", "c=5"), 2, "cannot be read"),

@@ -21,9 +21,10 @@ from quavsweep.plan import make_plan
 from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet
 from quavsweep.sweep import run_sweep
-from quavsweep.work import Errand, Order
+from quavsweep.work import Errand, Order, _plan
 from tests.batch_cluster import batch_cluster
 from tests.conftest import YAW
+from tests.faults.crew import children
 
 
 @pytest.fixture(scope="module")
@@ -113,9 +114,60 @@ def test_a_cluster_without_workers_is_not_waited_for(sweep: Sweep, tmp_path: Pat
         run_sweep(sweep, tmp_path / "run", executor=cluster)
 
 
+def test_a_worker_without_quavsweep_is_refused(
+    sweep: Sweep, expected: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "broken" / "quavsweep").mkdir(parents=True)
+    (tmp_path / "broken" / "quavsweep" / "__init__.py").write_text("raise ImportError('there is none')")
+    monkeypatch.chdir(tmp_path)
+    broken = {"PYTHONPATH": str(tmp_path / "broken")}
+    one = batch_cluster(tmp_path, broken)
+    with one as (file, _), Cluster(scheduler_file=file) as cluster, pytest.raises(RefusedError, match="there is none"):
+        run_sweep(sweep, tmp_path / "run", executor=cluster)
+    (tmp_path / "both").mkdir()
+    with batch_cluster(tmp_path / "both", broken, {}) as (file, _), Cluster(scheduler_file=file) as cluster:
+        assert run_sweep(sweep, tmp_path / "run", executor=cluster).read_bytes() == expected
+
+
+def test_a_worker_that_takes_the_place_of_another_gets_its_tiles(sweep: Sweep, expected: bytes, tmp_path: Path) -> None:
+    nannies = batch_cluster(tmp_path, {"NUMBA_OPT": "2"}, {}, words=())
+    with nannies as (file, running), Cluster(scheduler_file=file) as cluster:
+        folder = tmp_path / "run"
+
+        def kill() -> None:
+            while not any(folder.glob("shards/*/*/*/tile-*")):
+                time.sleep(0.01)
+            for pid in children(running[2].pid):
+                os.kill(pid, signal.SIGKILL)
+
+        threading.Thread(target=kill, daemon=True).start()
+        assert run_sweep(sweep, folder, executor=cluster, tile_cells=1).read_bytes() == expected
+
+
+def test_a_process_that_cannot_begin_is_refused_and_no_tile_fails(
+    sweep: Sweep, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(sweep: Sweep) -> None:
+        raise ModuleNotFoundError("no module")
+
+    order = Order.of(make_plan(sweep, 16), ShardSet.scan(RunFolder(tmp_path), sweep, identify(sweep), 4), tmp_path)
+    monkeypatch.setattr("quavsweep.work.identify", broken)
+    monkeypatch.setattr("quavsweep.work._plan", _plan.__wrapped__)
+    with pytest.raises(RefusedError, match="ModuleNotFoundError: no module"):
+        Errand(order, Tile(0, 0, 4), check=False)(lambda: False)
+
+
 @pytest.mark.parametrize(
     ("address", "says"),
-    [("tcp://10.1.2.3:8786", "encryption"), ("nowhere", "not the address"), ("http://localhost:1", "not the address")],
+    [
+        ("tcp://10.1.2.3:8786", "encryption"),
+        ("nowhere", "not the address"),
+        ("http://localhost:1", "not the address"),
+        ("tcp://localhost", "not the address"),
+        ("tcp://localhost:99999", "not the address"),
+        ("tcp://[::1:8786", "not the address"),
+        ("tls://localhost:8786", "no certificates"),
+    ],
 )
 def test_addresses_that_are_not_used(address: str, says: str) -> None:
     with pytest.raises(ConfigError, match=says), Cluster(address):
@@ -125,6 +177,19 @@ def test_addresses_that_are_not_used(address: str, says: str) -> None:
 def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("quavsweep.executor.cluster.CONNECT_SECONDS", 1.0)
     with pytest.raises(StoppedError, match=r"tcp://127\.0\.0\.1:9: no scheduler answers"), Cluster("tcp://127.0.0.1:9"):
+        pass
+
+
+def test_the_file_of_a_scheduler_that_starts_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "scheduler.json"
+    threading.Timer(0.3, file.write_text, ['{"address": "tcp://10.1.2.3:8786"}']).start()
+    with pytest.raises(ConfigError, match=r"10\.1\.2\.3:8786: .*encryption"), Cluster(scheduler_file=file):
+        pass
+    monkeypatch.setattr("quavsweep.executor.cluster.CONNECT_SECONDS", 0.3)
+    with pytest.raises(StoppedError, match="no scheduler has written"), Cluster(scheduler_file=tmp_path / "no"):
+        pass
+    file.write_text("[]")
+    with pytest.raises(ConfigError, match="not the file of a scheduler"), Cluster(scheduler_file=file):
         pass
 
 

@@ -7,6 +7,7 @@ import json
 import os
 import pty
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,13 @@ import pytest
 import quavsweep
 from quavsweep.codes import REGION, Region
 from quavsweep.config import parse_sweep
-from quavsweep.difference import Difference, common, compare, compare_results, find_common
+from quavsweep.difference import Difference, common, compare, compare_results, find_common, told_of_files
 from quavsweep.difference.move import Mover, Sizes
 from quavsweep.errors import ConfigError
 from quavsweep.export import write_changes
 from quavsweep.grid import Axis
 from quavsweep.result import Result, open_result
+from quavsweep.store.netcdf import DIGEST
 from quavsweep.sweep import run_sweep
 from tests.conftest import YAW
 from tests.test_cli import COMMAND, _run
@@ -140,6 +142,14 @@ def test_how_much_is_identical(runs: dict[str, Path], tmp_path: Path) -> None:
     assert summary.config == {"evidence": ("full", "summary")}
     assert summary.variables == {}
     assert compare_results(runs["yaw"], runs["turned"]).identical == ""
+
+
+def test_what_a_file_from_elsewhere_says_of_itself_is_no_proof(runs: dict[str, Path]) -> None:
+    yaw, turned = open_result(runs["yaw"]), open_result(runs["turned"])
+    told = {**turned.stored.file_attributes, DIGEST: yaw.stored.file_attributes[DIGEST]}
+    liar = replace(turned, stored=replace(turned.stored, file_attributes=told, foreign=True))
+    found = told_of_files(compare_results(yaw, liar), (yaw, liar), (runs["yaw"], runs["turned"]))
+    assert found.identical == ""
 
 
 def test_what_is_not_computed_did_not_change(runs: dict[str, Path], tmp_path: Path) -> None:

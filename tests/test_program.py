@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import sympy as sp
 from quavsweep.errors import ModelError
 from quavsweep.kernels.derive import derive
 from quavsweep.kernels.layout import Layout
-from quavsweep.kernels.lookup import make_program
+from quavsweep.kernels.lookup import keep_program, make_program, program_key
 from quavsweep.kernels.method import RK4
 from quavsweep.kernels.printer import step_operations
 from quavsweep.kernels.program import Program
@@ -160,3 +161,12 @@ def test_what_depends_on_parameters_alone_is_hoisted_out_of_functions_and_choice
     rest = tilted.needed(tilted.rhs, tilted.coefficients)
     assert [a.operation for a in rest] == ["cos", "mul"]
     assert not tilted.switches
+
+
+def test_a_program_of_other_equations_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lorenz = load_model("lorenz")
+    ours, other = make_program(lorenz).to_json(), make_program(load_model("rossler")).to_json()
+    monkeypatch.setenv("QUAVSWEEP_CACHE", str(tmp_path / "new"))
+    keep_program(lorenz, program_key(load_model("rossler")), other)
+    keep_program(lorenz, "", other)
+    assert make_program(lorenz).to_json() == ours

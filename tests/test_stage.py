@@ -12,6 +12,7 @@ from quavsweep.errors import ConfigError, IdentityError, StoppedError
 from quavsweep.grid import Tile
 from quavsweep.integrate import continue_cells, integrate_tile
 from quavsweep.plan import make_plan
+from quavsweep.preview import preview_run
 from quavsweep.result import open_result
 from quavsweep.store import RunFolder
 from quavsweep.sweep import extend_sweep, reclassify, run_sweep
@@ -186,3 +187,14 @@ def test_of_names_each_region_once() -> None:
         ConfigError, match=r"effort.of \(item 1\): 'sink' is not accepted; it should be undecided or chaos"
     ):
         parse_sweep(YAW + BOTH.replace("chaos", "sink"))
+
+
+def test_a_damaged_shard_of_an_earlier_stage_takes_no_tile_away(tmp_path: Path) -> None:
+    run_sweep(parse_sweep(YAW), tmp_path, tile_cells=45)
+    extend_sweep(tmp_path, 900)
+    earlier = next(iter(tmp_path.glob("shards/*/*/0-*/tile-*")))
+    data = bytearray(earlier.read_bytes())
+    data[len(data) // 2] ^= 1
+    earlier.write_bytes(data)
+    preview = preview_run(parse_sweep(_longer(YAW, 900)), tmp_path)
+    assert (preview.valid, preview.missing, len(preview.bad)) == (1, 0, 1)

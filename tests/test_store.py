@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import io
 import os
+import signal
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +22,7 @@ from quavsweep.plan import make_plan
 from quavsweep.provenance import Identity, identify
 from quavsweep.store import RunFolder, ShardSet, read_result, write_shard
 from quavsweep.store.evidence import read_shard
-from quavsweep.store.publish import PatientFile, publish_bytes, publish_hdf5
+from quavsweep.store.publish import PatientFile, give_way, publish_bytes, publish_hdf5
 from quavsweep.store.shard import Shard, scan_shards, set_aside
 from quavsweep.sweep import run_sweep
 from tests.conftest import YAW
@@ -189,3 +190,36 @@ def test_a_damaged_shard_is_done_again(sweep: Sweep, tmp_path: Path) -> None:
     assert run_sweep(sweep, tmp_path).read_bytes() == good
     assert victim.with_suffix(".bad").exists()
     assert victim.exists()
+
+
+def test_ctrl_c_waits_while_hdf5_is_at_work(tmp_path: Path) -> None:
+    def write(file: h5py.File) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        file.create_dataset("x", data=np.arange(100_000.0))  # calls functions of Python, where it would be raised
+        with pytest.raises(KeyboardInterrupt):
+            give_way()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        publish_hdf5(lambda sha, size: tmp_path / "x.h5", write, in_memory=False)
+    assert list(tmp_path.iterdir()) == []
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_system_that_refuses_says_nothing_about_a_shard(
+    make_sweep: Callable[..., Sweep], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweep = make_sweep(YAW, ("num: 9", "num: 3"), ("num: 5", "num: 2"), ("200, duration: 600", "20, duration: 60"))
+    path = run_sweep(sweep, tmp_path)
+    shards = ShardSet.scan(RunFolder(tmp_path), sweep, identify(sweep))
+
+    def refuse(*arguments: object) -> None:
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(DiskError, match="Too many open files"):
+        shards.discard_damaged()
+    with pytest.raises(DiskError, match="Too many open files"):
+        read_result(path)
+    monkeypatch.undo()
+    assert shards.damage() == {}

@@ -309,3 +309,14 @@ def test_a_record_that_is_none_is_passed_over(tmp_path: Path) -> None:
 
 def test_nothing_that_is_printed_moves_the_cursor() -> None:
     assert plain("a\x1b[2Jb\x9bc\rd\n\te") == "a\ufffd[2Jb\ufffdc\ufffdd\n\te"
+
+
+def test_a_result_too_large_for_one_from_elsewhere_is_made_again_by_its_own_run(
+    sweep: Sweep, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = run_sweep(sweep, tmp_path / "run").read_bytes()
+    _elsewhere(monkeypatch, tmp_path)
+    monkeypatch.setattr("quavsweep.store.fit.MOST_CELLS", 4)
+    with pytest.raises(ConfigError, match="too many"):
+        open_result(tmp_path / "run")
+    assert run_sweep(sweep, tmp_path / "run").read_bytes() == before

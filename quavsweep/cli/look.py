@@ -81,7 +81,8 @@ def _watch(lookout: Lookout, as_json: bool) -> None:
         text = _shown(overview, as_json)
         if live and lines:
             click.echo(f"\033[{lines}F\033[J", nl=False)
-        say(text)
+        if not say(text):
+            return
         lines = text.count("\n") + 1
         if not overview.holder:
             break

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from quavsweep.cli.describe import described, shares
 from quavsweep.cli.option import PATH, Seconds, changes_option, model_option
@@ -39,9 +40,7 @@ no_plot_option = click.option("--no-plot", is_flag=True, help="Do not draw map.p
 @model_option
 @workers_option
 @click.option("--processes", type=click.IntRange(1, 256), help="Use so many processes of this machine instead.")
-@click.option(
-    "--scheduler", metavar="ADDR", default="", help="Use the cluster of this dask scheduler, tcp:// or tls://."
-)
+@click.option("--scheduler", metavar="ADDR", help="Use the cluster of this dask scheduler, tcp:// or tls://.")
 @click.option("--scheduler-file", type=PATH, metavar="F", help="The same, by the file that the scheduler writes.")
 @click.option("--insecure", is_flag=True, help="Allow tcp:// to another machine.")
 @click.option(
@@ -61,7 +60,7 @@ def run(
     model: Path | None,
     workers: int,
     processes: int | None,
-    scheduler: str,
+    scheduler: str | None,
     scheduler_file: Path | None,
     insecure: bool,
     worker_timeout: float | None,
@@ -91,14 +90,14 @@ def run(
     sweep = load_sweep(config, changes, model)
     for warning in sweep.warnings:
         warn(f"warning: {config}: {warning}")
+    cluster = _cluster(processes, scheduler, scheduler_file, insecure, worker_timeout)
     if dry_run:
-        _preview(sweep, out, workers, stop)
+        _preview(sweep, out, processes or workers, stop)
         return
     from quavsweep.cli.progress import show_progress
     from quavsweep.sweep import run_sweep
 
     failure = None
-    cluster = _cluster(processes, scheduler, scheduler_file, insecure, worker_timeout)
     with cluster as executor, show_progress(sweep.name) as shown:
         try:
             run_sweep(
@@ -124,20 +123,30 @@ def run(
 
 
 def _cluster(
-    processes: int | None, scheduler: str, scheduler_file: Path | None, insecure: bool, worker_timeout: float | None
+    processes: int | None,
+    scheduler: str | None,
+    scheduler_file: Path | None,
+    insecure: bool,
+    worker_timeout: float | None,
 ) -> contextlib.AbstractContextManager[Executor | None]:
     """Return the cluster that was asked for, as a context; one of None if tiles run on threads."""
-    chosen = [name for name, value in (("--processes", processes), ("--scheduler", scheduler)) if value]
-    chosen += ["--scheduler-file"] if scheduler_file else []
+    places = {"--processes": processes, "--scheduler": scheduler, "--scheduler-file": scheduler_file}
+    chosen = [name for name, value in places.items() if value is not None]
+    details = {"--insecure": insecure or None, "--worker-timeout": worker_timeout}
+    idle = [name for name, value in details.items() if value is not None]
+    threads = click.get_current_context().get_parameter_source("workers") is not ParameterSource.DEFAULT
+    if idle and not chosen:
+        raise ConfigError(f"{idle[0]} is for a cluster, and tiles run on threads", possible=f"with {', '.join(places)}")
+    if len(chosen) + bool(chosen and threads) > 1:
+        both = " and ".join([*chosen, *(["--workers"] if threads else [])])
+        raise ConfigError(f"{both} exclude each other", possible="one of them")
     if not chosen:
         return contextlib.nullcontext()
-    if len(chosen) > 1:
-        raise ConfigError(f"{' and '.join(chosen)} exclude each other", possible="one of them")
     try:
         from quavsweep.executor.cluster import Cluster
     except ImportError:
         raise ConfigError(f"{chosen[0]} needs dask.distributed", possible="pip install 'quavsweep[cluster]'") from None
-    return Cluster(scheduler, scheduler_file, processes or 0, insecure, worker_timeout)
+    return Cluster(scheduler or "", scheduler_file, processes or 0, insecure, worker_timeout)
 
 
 @click.command()

@@ -22,18 +22,20 @@ _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 _UNITS = {"d": 86400.0, "h": 3600.0, "m": 60.0, "min": 60.0, "s": 1.0}
 
 
-def say(text: object) -> None:
-    """Print a line; that nobody reads it is no reason to stop."""
+def say(text: object) -> bool:
+    """Print a line and tell whether anybody may read it; that nobody does is no reason to stop."""
     try:
         click.echo(plain(text))
         sys.stdout.flush()
     except BrokenPipeError:
         deafen()
+        return False
     except OSError as error:
         if error.errno == errno.ENOSPC:
             raise DiskError("cannot be written: no space left", "standard output") from error
     except (ValueError, AttributeError):
-        pass
+        return False
+    return True
 
 
 def prepare_streams() -> None:

@@ -12,6 +12,7 @@ import collections
 import contextlib
 import json
 import logging
+import math
 import os
 import queue
 import signal
@@ -30,7 +31,7 @@ from distributed.deploy.spec import close_clusters
 
 from quavsweep.errors import STOPPED, ConfigError, IdentityError, RefusedError, StoppedError
 from quavsweep.executor.receipt import Receipt, TaskOf
-from quavsweep.executor.remote import abandon, do_remotely
+from quavsweep.executor.remote import abandon, do_remotely, greet
 from quavsweep.grid import Tile
 
 LOCAL = ("127.0.0.1", "localhost", "::1")
@@ -39,6 +40,8 @@ SILENT_SECONDS = 45.0  # without an answer of the scheduler
 WORKER_SECONDS = 600.0  # without any worker, where a batch system may start them
 WORKER_SECONDS_LOCAL = 45.0
 CLOSING_SECONDS = 1.0
+HOPE_SECONDS = 5.0  # for another worker, when all that are there have been refused
+GREETING_SECONDS = 20.0  # after which a worker that has not answered is greeted again
 STARTS = 3  # of processes on this machine, until it is given up
 AHEAD = 2  # tiles per thread that are submitted, so that none waits for the driver
 SETTINGS = {
@@ -70,7 +73,7 @@ class Cluster:
     Raises
     ------
     ConfigError
-        If the address is one of another machine without TLS.
+        If the address is none, or one of another machine without TLS, or there are no certificates for TLS.
     StoppedError
         If no scheduler answers.
     """
@@ -119,18 +122,20 @@ class Cluster:
 
     def _secure_address(self) -> str:
         """Return what names the scheduler, unless it is one of another machine without TLS."""
-        address = self.address
-        if self.scheduler_file is not None:
-            try:
-                address = json.loads(self.scheduler_file.read_text())["address"]
-            except (OSError, ValueError, KeyError, TypeError) as error:
-                raise ConfigError(f"is not the file of a scheduler ({error})", str(self.scheduler_file)) from None
-        parts = urlsplit(address)
-        if parts.scheme not in ("tcp", "tls") or not parts.hostname:
+        address = self.address if self.scheduler_file is None else _told_address(self.scheduler_file)
+        try:
+            parts = urlsplit(address)
+            good = parts.scheme in ("tcp", "tls") and parts.hostname and parts.port
+        except ValueError:
+            good = False
+        if not good:
             raise ConfigError("is not the address of a scheduler", address, "tcp://HOST:PORT or tls://HOST:PORT")
         if parts.scheme == "tcp" and parts.hostname not in LOCAL and not self.insecure:
             what = "a scheduler on another machine is talked to without encryption, and what it sends is executed"
             raise ConfigError(what, address, "tls://, or --insecure in a network that you trust")
+        if parts.scheme == "tls" and distributed.Security().get_connection_args("client").get("ssl_context") is None:
+            what = "cannot be talked to, because dask's config names no certificates"
+            raise ConfigError(what, address, "ca-file, client.cert and client.key below distributed.comm.tls")
         return str(self.scheduler_file or address)
 
     def __exit__(self, *exception: object) -> None:
@@ -163,7 +168,7 @@ class Cluster:
         """
         client = self._client
         assert client is not None
-        waiting, running = collections.deque(tiles), dict[Any, Tile]()
+        waiting, running = collections.deque(tiles), dict[distributed.Future, _Sent]()
         ready: queue.Queue[distributed.Future] = queue.Queue()
         token, watch = uuid.uuid4().hex, _Watch(client, self._patience)
         try:
@@ -172,15 +177,20 @@ class Cluster:
                 if stop.is_set():
                     raise StoppedError(STOPPED)
                 while waiting and len(running) < AHEAD * watch.threads:
-                    tile = waiting.popleft()
-                    future = watch.submit(task_of, tile, token)
-                    running[future] = tile
+                    tile, workers = waiting.popleft(), watch.allowed
+                    future = client.submit(do_remotely, task_of(tile), tile, token, pure=False, workers=list(workers))
+                    running[future] = _Sent(tile, frozenset(workers))
                     future.add_done_callback(ready.put)
+                for future in [future for future, sent in running.items() if watch.lost(sent.workers)]:
+                    waiting.appendleft(running.pop(future).tile)
+                    future.release()
                 try:
                     future = ready.get(timeout=0.1)
                 except queue.Empty:
                     continue
-                tile = running.pop(future)
+                if future not in running:
+                    continue
+                tile = running.pop(future).tile
                 receipt = watch.receipt(future, tile)
                 future.release()  # or the scheduler has it done again when the worker dies that did it
                 if receipt is None:
@@ -200,6 +210,30 @@ class Cluster:
         return WORKER_SECONDS_LOCAL if self.processes else WORKER_SECONDS
 
 
+def _told_address(file: Path) -> str:
+    """Return the address in the file of a scheduler, which may be starting still and have written none.
+
+    Raises
+    ------
+    ConfigError
+        If it tells none.
+    StoppedError
+        If there is no file.
+    """
+    deadline = time.monotonic() + CONNECT_SECONDS
+    while True:
+        try:
+            return str(json.loads(file.read_text())["address"])
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            if time.monotonic() < deadline:
+                time.sleep(0.1)
+                continue
+            if isinstance(error, FileNotFoundError):
+                what = "no scheduler has written this file"
+                raise StoppedError(what, str(file), "start it and run the same command") from None
+            raise ConfigError(f"is not the file of a scheduler ({error})", str(file)) from None
+
+
 def _tell(client: distributed.Client, function: Callable[..., None], *arguments: Any) -> None:
     """Call a function on each worker, and wait for none: some may be gone or frozen."""
 
@@ -210,13 +244,27 @@ def _tell(client: distributed.Client, function: Callable[..., None], *arguments:
     client.loop.add_callback(tell)
 
 
+@dataclass(frozen=True)
+class _Sent:
+    """A tile that was given to workers, any of which may do it."""
+
+    tile: Tile
+    workers: frozenset[str]
+
+
 class _Watch:
-    """Asks the scheduler each second which workers there are, and remembers which were refused."""
+    """Asks the scheduler each second which workers there are, greets new ones, and remembers which were refused.
+
+    A worker without the same quavsweep would lose each tile that it is given without a word.
+    """
 
     def __init__(self, client: distributed.Client, patience: float) -> None:
         self._client, self._patience = client, patience
-        self._answered = self._staffed = time.monotonic()
+        self._answered = self._staffed = self._hopeful = time.monotonic()
         self._workers: dict[str, int] = {}
+        self._greeting = greet()
+        self._asked: dict[str, float] = {}
+        self._greeted: set[str] = set()
         self._refused: dict[str, IdentityError] = {}
         self._over = threading.Event()
         threading.Thread(target=self._ask, name="quavsweep-watch", daemon=True).start()
@@ -224,41 +272,59 @@ class _Watch:
     def _ask(self) -> None:
         while not self._over.is_set():
             with contextlib.suppress(Exception):
-                self._workers = dict(self._client.nthreads())
-                self._answered = time.monotonic()
+                workers = dict(self._client.nthreads())
+                self._answered = now = time.monotonic()
+                for address in workers.keys() - self._greeted - self._refused.keys():
+                    if now - self._asked.get(address, -math.inf) > GREETING_SECONDS:
+                        self._asked[address] = now
+                        self._client.loop.add_callback(self._greet, address)
+                self._workers = workers
             self._over.wait(0.5)
+
+    async def _greet(self, address: str) -> None:
+        """Find out whether a worker understands what it will be sent; one that is gone or frozen does not answer."""
+        with contextlib.suppress(Exception):
+            answer = (await self._client.run(greet, workers=[address], on_error="return"))[address]
+            if answer == self._greeting:
+                self._greeted.add(address)
+            elif not isinstance(answer, OSError):  # which tells that it is gone
+                why = f" ({type(answer).__name__}: {answer})" if isinstance(answer, Exception) else ""
+                what = f"a worker has another quavsweep than this process, or none{why}"
+                self._refused[address] = RefusedError(what, address, "install the same quavsweep there")
 
     def end(self) -> None:
         """Ask no more."""
         self._over.set()
 
     @property
-    def _allowed(self) -> dict[str, int]:
-        """Threads of the workers that were not refused, by address."""
-        return {address: threads for address, threads in self._workers.items() if address not in self._refused}
+    def allowed(self) -> dict[str, int]:
+        """Threads of the workers that may be given tiles, by address."""
+        workers = self._workers
+        return {address: workers[address] for address in workers.keys() & self._greeted - self._refused.keys()}
 
     @property
     def threads(self) -> int:
         """How many tiles can be done at a time."""
-        return sum(self._allowed.values())
+        return sum(self.allowed.values())
+
+    def lost(self, workers: frozenset[str]) -> bool:
+        """Whether none of these workers is there any more: a tile that only they may do would wait for ever."""
+        return not workers & self._workers.keys()
 
     def check(self) -> None:
         """Raise if there is nothing to wait for."""
         now = time.monotonic()
         if self._client.status in ("closed", "closing") or now - self._answered > SILENT_SECONDS:
             raise StoppedError("the scheduler is gone", possible="start it again and run the same command")
-        if self._workers and not self._allowed:
+        if not self._workers or self._workers.keys() - self._refused.keys():
+            self._hopeful = now
+        elif now - self._hopeful > HOPE_SECONDS:
             raise next(iter(self._refused.values()))
-        if self._workers:
+        if self.allowed:
             self._staffed = now
         elif now - self._staffed > self._patience:
             what = f"there was no worker for {self._patience:.0f} s"
             raise StoppedError(what, possible="start workers and run the same command")
-
-    def submit(self, task_of: TaskOf, tile: Tile, token: str) -> distributed.Future:
-        """Give a tile to a worker that was not refused."""
-        where = {"workers": list(self._allowed), "allow_other_workers": False} if self._refused else {}
-        return self._client.submit(do_remotely, task_of(tile), tile, token, pure=False, **where)
 
     def receipt(self, future: distributed.Future, tile: Tile) -> Receipt | None:
         """Return the receipt of a tile that is done; None if it was lost with its worker, or that was refused."""
@@ -275,7 +341,7 @@ class _Watch:
             error = future.exception(timeout=SILENT_SECONDS)
             if not isinstance(error, distributed.KilledWorker):
                 raise IdentityError(
-                    f"a worker cannot do tiles ({type(error).__name__}: {error})",
-                    possible="install the same quavsweep on the workers",
+                    f"the cluster cannot do tiles ({type(error).__name__}: {error})",
+                    possible="install the same quavsweep for its scheduler and its workers",
                 ) from error
         return None

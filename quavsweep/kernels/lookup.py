@@ -6,12 +6,12 @@ import hashlib
 import inspect
 import sys
 from collections.abc import Callable
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from quavsweep.errors import ModelError
 from quavsweep.kernels.cache import cache_folder, read_sealed, write_sealed
 from quavsweep.kernels.described import DescribedModel
+from quavsweep.kernels.installed import installed_version
 from quavsweep.kernels.program import Program
 from quavsweep.kernels.syntax import syntax_digest
 
@@ -62,16 +62,20 @@ def make_observables(model: Model) -> Program:
     return _cached("observables", _key(model, _observed_sources), derived)
 
 
-def keep_program(model: Model, text: str) -> None:
-    """Keep the program of a model, as another process has it, so that it need not be derived here.
+def program_key(model: Model) -> str:
+    """Return a digest of all that the program of a model depends on, empty if that is not to be had."""
+    return _key(model, _sources) or ""
 
-    It is kept under the key of the equations here, so the text is read back and held against the kernel's identity by
-    whoever uses it.
+
+def keep_program(model: Model, key: str, text: str) -> None:
+    """Keep the program of a model as another process has it, so that it need not be derived here.
+
+    Only where the equations are the same here: one under another `program_key` is left alone.
     """
-    key = _key(model, _sources)
-    path = cache_folder() / f"program_{key[:32]}.json" if key else None
-    if path is not None and not path.exists():
-        write_sealed(path, Program.from_json(text).to_json())
+    if key and key == program_key(model):
+        path = cache_folder() / f"program_{key[:32]}.json"
+        if not path.exists():
+            write_sealed(path, Program.from_json(text).to_json())
 
 
 def _cached(kind: str, key: str | None, derived: Callable[[], Program]) -> Program:
@@ -105,7 +109,7 @@ def _key(model: Model, sources_of: Callable[[Model], tuple[str, ...]]) -> str | 
         syntax_digest("quavsweep.kernels.derive"),
         syntax_digest("quavsweep.kernels.choice"),
         syntax_digest("quavsweep.kernels.program"),
-        version("sympy"),
+        installed_version("sympy"),
     )
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 

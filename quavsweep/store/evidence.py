@@ -12,7 +12,7 @@ from typing import IO
 
 import numpy as np
 
-from quavsweep.errors import DamageError, DiskError, IdentityError
+from quavsweep.errors import PASSING_ERRNOS, DamageError, DiskError, IdentityError
 from quavsweep.grid import Tile
 from quavsweep.measures import Evidence, Variable
 from quavsweep.provenance import Identity
@@ -48,10 +48,9 @@ def read_shard(
             del data
             if evidence is None:
                 evidence = _read_elsewhere(raw, shard, tile, variables, identity)
-    except PermissionError as error:
-        raise DiskError(f"cannot be read: {error.strerror}", str(shard.path)) from error
     except OSError as error:
-        raise DamageError(f"cannot be read: {error.strerror}", str(shard.path)) from error
+        passing = isinstance(error, PermissionError) or error.errno in PASSING_ERRNOS
+        raise (DiskError if passing else DamageError)(f"cannot be read: {error.strerror}", str(shard.path)) from error
     _check(shard, tile, variables, extents, evidence)
     return evidence
 

@@ -22,7 +22,7 @@ from quavsweep.models import NAMES, Model
 from quavsweep.models.user import source_text
 from quavsweep.provenance import Identity
 from quavsweep.store.ledger import is_known, remember
-from quavsweep.store.publish import TEMPORARY, publish_bytes, seal_digest, writer_lives
+from quavsweep.store.publish import TEMPORARY, make_folder, publish_bytes, seal_digest, writer_lives
 
 LARGEST_RECORD = 2**24  # bytes
 LOCK_SECONDS = 0.3  # a reader that asks who runs holds the lock for an instant
@@ -138,7 +138,7 @@ class RunFolder:
             If it cannot be made or written.
         """
         try:
-            self.path.mkdir(parents=True, exist_ok=True)
+            make_folder(self.path)
             handle = os.open(self.path / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         except (FileExistsError, NotADirectoryError) as error:
             raise ConfigError("is not a folder", str(self.path), "choose another --out") from error

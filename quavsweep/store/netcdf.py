@@ -14,7 +14,7 @@ import numpy as np
 
 from quavsweep.grid import Grid
 from quavsweep.measures import Variable
-from quavsweep.store.publish import publish_hdf5
+from quavsweep.store.publish import give_way, publish_hdf5
 from quavsweep.store.stored import Part, Stored
 
 BLOCK_CELLS = 8192  # cells that are classified, compressed and read at once, at most
@@ -121,6 +121,7 @@ def write_result(
             _create(file, grid, variable, extents, extra, grid.block_shape(cells))
             digests[variable.name] = hashlib.sha256()
         for block, values in blocks:
+            give_way()
             for variable in variables:
                 array = np.ascontiguousarray(values[variable.name], dtype=variable.dtype)
                 shape = tuple(s.stop - s.start for s in block) + array.shape[1:]
@@ -151,6 +152,7 @@ def write_copy(stored: Stored, names: Iterable[str], path: Path) -> None:
             options = {"compression": "gzip", "shuffle": True, "chunks": grid.block_shape(COPIED)} if dims else {}
             dataset = file.create_dataset(name, grid.shape, kind, **options)
             for part in grid.blocks(COPIED):
+                give_way()
                 dataset[part] = stored.part(name, part)
             if dims == (name,):
                 dataset.make_scale(name)
@@ -178,6 +180,7 @@ def _reduce(file: h5py.File, grid: Grid, reduction: Reduction, extents: Mapping[
     to_front = [i for i, axis in enumerate(grid.axes) if axis.name in lengths]
     order = [*to_front, *(i for i in range(len(grid.axes)) if i not in to_front)]
     for block in inner.blocks(at_once):
+        give_way()
         chosen = dict(zip(lengths, block, strict=True))
         where = tuple(chosen.get(axis.name, slice(0, len(axis))) for axis in grid.axes)
         shape = tuple(s.stop - s.start for s in where)

@@ -6,8 +6,10 @@ import contextlib
 import hashlib
 import io
 import os
+import signal
 import tempfile
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any
 
@@ -73,6 +75,38 @@ class PatientFile:
         self._try(self.file.flush)
 
 
+_held: list[int] = []  # Ctrl-C that waits
+
+
+@contextlib.contextmanager
+def _holding_interrupts() -> Iterator[None]:
+    """Hold Ctrl-C back in the main thread, where it would be an exception on its way through HDF5."""
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    _held.clear()
+    signal.signal(signal.SIGINT, lambda number, frame: _held.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    give_way()
+
+
+def give_way() -> None:
+    """Raise the Ctrl-C that is held back, between calls of HDF5 that take long together.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If there is one.
+    """
+    if _held and threading.current_thread() is threading.main_thread():
+        _held.clear()
+        raise KeyboardInterrupt
+
+
 def publish_hdf5(name: Callable[[str, int], Path], write: Callable[[h5py.File], None], *, in_memory: bool) -> Path:
     """Write an HDF5 file and give it its name once it is complete and synced.
 
@@ -99,7 +133,7 @@ def publish_hdf5(name: Callable[[str, int], Path], write: Callable[[h5py.File], 
             return publish_bytes(name(hashlib.sha256(data).hexdigest(), len(data)), data)
     with _new_file(folder) as (raw, temporary):
         patient = PatientFile(raw)
-        with h5py.File(patient, "w", libver=("v110", "v110")) as file:
+        with _holding_interrupts(), h5py.File(patient, "w", libver=("v110", "v110")) as file:
             write(file)
         if patient.error is not None:
             raise patient.error
@@ -179,7 +213,7 @@ def _new_file(folder: Path) -> Any:
     """Open a temporary file in a folder; remove it if it was not revealed, and tell a disk's refusal as such."""
     temporary: Path | None = None
     try:
-        _make_folder(folder)
+        make_folder(folder)
         handle, text = tempfile.mkstemp(prefix=f"{TEMPORARY}{os.getpid()}-", dir=folder)
         temporary = Path(text)
         with os.fdopen(handle, "w+b") as raw:
@@ -208,12 +242,13 @@ def _reveal(raw: IO[bytes], temporary: Path, path: Path) -> None:
     _sync_folder(path.parent)
 
 
-def _make_folder(folder: Path) -> None:
+def make_folder(folder: Path) -> None:
     """Make a folder and its parents, and sync what holds them, so that they survive a loss of power."""
     if not folder.is_dir():
-        _make_folder(folder.parent)
+        make_folder(folder.parent)
         folder.mkdir(exist_ok=True)
-        _sync_folder(folder.parent)
+        with contextlib.suppress(PermissionError):  # a folder may be written to and not read
+            _sync_folder(folder.parent)
 
 
 def _sync_folder(folder: Path) -> None:

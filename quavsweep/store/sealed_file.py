@@ -17,7 +17,7 @@ from typing import IO
 import h5py
 import numpy as np
 
-from quavsweep.errors import ConfigError, DamageError, DiskError
+from quavsweep.errors import PASSING_ERRNOS, ConfigError, DamageError, DiskError
 from quavsweep.store.foreign import TRUST, ForeignFile
 from quavsweep.store.ledger import is_known
 from quavsweep.store.netcdf import DIGEST, attributes_of, content_digest, dims_of, read_values
@@ -117,9 +117,9 @@ class SealedFile:
             yield
         except FileNotFoundError:
             raise
-        except PermissionError as error:
-            raise DiskError(f"cannot be read: {error.strerror}", str(self.path)) from error
         except errors as error:
+            if isinstance(error, PermissionError) or (isinstance(error, OSError) and error.errno in PASSING_ERRNOS):
+                raise DiskError(f"cannot be read: {error.strerror}", str(self.path)) from error
             raise DamageError("cannot be read as a result file", str(self.path), REBUILD) from error
 
 

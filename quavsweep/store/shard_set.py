@@ -212,9 +212,9 @@ class ShardSet:
             self.add(shard)
         return sorted({shard.tile for shard in damaged})
 
-    def damage(self) -> dict[int, str]:
-        """Verify every shard; return what is wrong with the damaged ones, by the numbers of their tiles."""
-        return {shard.tile: what for shard, what in self._damaged(self)}
+    def damage(self) -> dict[Shard, str]:
+        """Verify every shard; return what is wrong with the damaged ones."""
+        return dict(self._damaged(self))
 
     def _damaged(self, shards: Iterable[Shard]) -> Iterable[tuple[Shard, str]]:
         for shard in sorted(shards, key=lambda shard: (shard.tile, shard.end)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import itertools
 import multiprocessing
@@ -11,7 +12,6 @@ import shutil
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -71,8 +71,9 @@ class Victim:
 
     def send(self, number: int) -> None:
         """Send it a signal, if it lives."""
-        if self.code is None:
-            os.kill(self.pid, number)
+        with contextlib.suppress(ProcessLookupError):  # it may end at any time
+            if self.code is None:
+                os.kill(self.pid, number)
 
     def wait(self, seconds: float = HANG_SECONDS) -> int | None:
         """Wait for its end and return the exit code; None if it hangs, and it is killed then."""
@@ -125,7 +126,7 @@ class Arena:
         """Yield the sweeps under attack in turn, without end."""
         return itertools.cycle(SUBJECTS)
 
-    @contextmanager
+    @contextlib.contextmanager
     def place(self) -> Iterator[Path]:
         """Give an empty folder for a case, which is gone afterwards."""
         path = self.folder / f"case-{next(self._numbers)}"

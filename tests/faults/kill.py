@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import signal
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -55,9 +56,9 @@ def _history(arena: Arena, subject: Subject) -> Iterator[Case]:
         while True:
             victim = arena.start(subject, place, ("--workers", str(WORKERS)))
             victim.process.join(arena.rng.uniform(0.1, whole.seconds * (1.1 - 0.1 * len(before) / whole.begun)))
-            if victim.code is not None:
-                break
             kill(victim)
+            if victim.code != -signal.SIGKILL:  # it had ended
+                break
             kills += 1
             if pending is not None:
                 yield pending

@@ -136,7 +136,7 @@ class Machine(RuleBasedStateMachine):
 
     def _forget_repaired(self) -> None:
         """A shard that was damaged may have been done again under the same name."""
-        self.touched = {path for path in self.touched if path.is_file() and invalid({path})}
+        self.touched = {path for path in self.touched & shard_files(self.run) if invalid({path})}
 
     @rule(steps=st.integers(0, 120), power=st.booleans())
     @precondition(lambda self: not self.config_touched)
