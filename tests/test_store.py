@@ -5,7 +5,8 @@ from __future__ import annotations
 import errno
 import io
 import os
-import signal
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +23,7 @@ from quavsweep.plan import make_plan
 from quavsweep.provenance import Identity, identify
 from quavsweep.store import RunFolder, ShardSet, read_result, write_shard
 from quavsweep.store.evidence import read_shard
-from quavsweep.store.publish import PatientFile, give_way, publish_bytes, publish_hdf5
+from quavsweep.store.publish import PatientFile, publish_bytes, publish_hdf5
 from quavsweep.store.shard import Shard, scan_shards, set_aside
 from quavsweep.sweep import run_sweep
 from tests.conftest import YAW
@@ -192,18 +193,32 @@ def test_a_damaged_shard_is_done_again(sweep: Sweep, tmp_path: Path) -> None:
     assert victim.exists()
 
 
-def test_ctrl_c_waits_while_hdf5_is_at_work(tmp_path: Path) -> None:
-    def write(file: h5py.File) -> None:
-        os.kill(os.getpid(), signal.SIGINT)
-        file.create_dataset("x", data=np.arange(100_000.0))  # calls functions of Python, where it would be raised
-        with pytest.raises(KeyboardInterrupt):
-            give_way()
-        os.kill(os.getpid(), signal.SIGINT)
+INTERRUPTED = """
+import os, signal, sys
+from pathlib import Path
+import numpy as np
+from quavsweep.store.publish import give_way, publish_hdf5
 
-    with pytest.raises(KeyboardInterrupt):
-        publish_hdf5(lambda sha, size: tmp_path / "x.h5", write, in_memory=False)
+def write(file):
+    os.kill(os.getpid(), signal.SIGINT)
+    file.create_dataset("x", data=np.arange(100_000.0))  # calls functions of Python, where it would be raised
+    try:
+        give_way()
+    except KeyboardInterrupt:
+        print("between")
+    os.kill(os.getpid(), signal.SIGINT)
+
+try:
+    publish_hdf5(lambda sha256, size: Path(sys.argv[1], "x.h5"), write, in_memory=False)
+except KeyboardInterrupt:
+    print("at the end", signal.getsignal(signal.SIGINT) is signal.default_int_handler)
+"""
+
+
+def test_ctrl_c_waits_while_hdf5_is_at_work(tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED, tmp_path], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "between\nat the end True\n"), done.stderr
     assert list(tmp_path.iterdir()) == []
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_a_system_that_refuses_says_nothing_about_a_shard(
