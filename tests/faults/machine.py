@@ -135,8 +135,10 @@ class Machine(RuleBasedStateMachine):
         self._forget_repaired()
 
     def _forget_repaired(self) -> None:
-        """A shard that was damaged may have been done again under the same name."""
-        self.touched = {path for path in self.touched & shard_files(self.run) if invalid({path})}
+        """A shard that was damaged may have been set aside, and done again under the same name."""
+        there = shard_files(self.run)
+        self.known -= self.touched - there
+        self.touched = {path for path in self.touched & there if invalid({path})}
 
     @rule(steps=st.integers(0, 120), power=st.booleans())
     @precondition(lambda self: not self.config_touched)

@@ -97,8 +97,8 @@ def _same_tile(arena: Arena, deaths: int) -> Iterator[Case]:
                 (place / f"told-{receipt.tile.index}").touch()
         cluster.SETTINGS = before
         died, raised = (len(list(place.glob(f"{word}-*"))) for word in ("died", "raised"))
-        outcome = receipts[1].outcome, type(receipts[0].error), died, raised
-    good = outcome == ("done", ArithmeticError, deaths, 1)
+        outcome = receipts[1].outcome, str(receipts[0].error), died, raised
+    good = outcome == ("done", "ArithmeticError: this tile raises", deaths, 1)
     for _ in range(deaths):
         yield Case(good, "" if good else f"{outcome}", kinds=("same tile",))
 
