@@ -19,7 +19,6 @@ from hypothesis.stateful import (
     RuleBasedStateMachine,
     initialize,
     invariant,
-    precondition,
     rule,
     run_state_machine_as_test,
 )
@@ -111,15 +110,15 @@ class Machine(RuleBasedStateMachine):
         self.known |= there
 
     @rule()
-    @precondition(lambda self: not self.config_touched)
     def complete(self) -> None:
         """Run to the end."""
+        self._mend()
         self._complete()
 
     @rule(tiles=st.integers(1, 5))
-    @precondition(lambda self: not self.config_touched)
     def stop(self, tiles: int) -> None:
         """Run, and stop after some tiles."""
+        self._mend()
         stop, begun = threading.Event(), list[int]()
 
         def observe(progress: Progress) -> None:
@@ -141,9 +140,9 @@ class Machine(RuleBasedStateMachine):
         self.touched = {path for path in self.touched & there if invalid({path})}
 
     @rule(steps=st.integers(0, 120), power=st.booleans())
-    @precondition(lambda self: not self.config_touched)
     def die(self, steps: int, power: bool) -> None:
         """Run, and die at a step; with the power goes all that was not synced."""
+        self._mend()
         if self.real:
             self._die_really()
             return
@@ -215,9 +214,14 @@ class Machine(RuleBasedStateMachine):
                 path.write_text("nonsense: [")
 
     @rule()
-    @precondition(lambda self: self.config_touched)
     def mend_the_config(self) -> None:
-        """A run refuses a spoilt config and says to delete it."""
+        """Delete a spoilt config."""
+        self._mend()
+
+    def _mend(self) -> None:
+        """A run refuses a spoilt config and says to delete it; what rules are open may not depend on chance."""
+        if not self.config_touched:
+            return
         if shard_files(self.run):
             self._refused(IdentityError, sweep_of(self.errors))
         (self.run / "config.yaml").unlink()
@@ -229,9 +233,9 @@ class Machine(RuleBasedStateMachine):
         self.errors = THRESHOLDS[THRESHOLDS.index(self.errors) - 1]
 
     @rule()
-    @precondition(lambda self: not self.config_touched)
     def run_another_sweep(self) -> None:
         """Another sweep is refused where there are shards, and changes nothing."""
+        self._mend()
         if shard_files(self.run):
             self._refused(IdentityError, sweep_of(self.errors, SMALL.text.replace(*OTHER)))
 
