@@ -42,7 +42,7 @@ WORKER_SECONDS_LOCAL = 45.0
 CLOSING_SECONDS = 1.0
 HOPE_SECONDS = 5.0  # for another worker, when all that are there have been refused
 GREETING_SECONDS = 20.0  # after which a worker that has not answered is greeted again
-STARTS = 3  # of processes on this machine, until it is given up
+STARTS = 10  # of processes on this machine, until it is given up
 AHEAD = 2  # tiles per thread that are submitted, so that none waits for the driver
 SETTINGS = {
     "distributed.scheduler.allowed-failures": 10,

@@ -23,7 +23,7 @@ SCAN_SECONDS, VERIFY_RATE = 1.0, 200e6
 TINY = """
 name: tiny
 model: linear
-initial: {x: 1.0}
+initial: {x: 1.0, y: 1.0, z: 1.0}
 axes: {re: {start: -1, stop: -0.3, num: 200}, a: {start: -1, stop: -0.3, num: 200}}
 integrate: {method: rk4, dt: 0.02, transient: 8, duration: 24}
 """
