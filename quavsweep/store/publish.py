@@ -239,7 +239,7 @@ def _reveal(raw: IO[bytes], temporary: Path, path: Path) -> None:
     if path.is_dir():
         path.rename(path.with_name(f"{path.name}.bad"))
     os.replace(temporary, path)
-    _sync_folder(path.parent)
+    sync_folder(path.parent)
 
 
 def make_folder(folder: Path) -> None:
@@ -248,10 +248,11 @@ def make_folder(folder: Path) -> None:
         make_folder(folder.parent)
         folder.mkdir(exist_ok=True)
         with contextlib.suppress(PermissionError):  # a folder may be written to and not read
-            _sync_folder(folder.parent)
+            sync_folder(folder.parent)
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
+    """Have the names in a folder survive a loss of power."""
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(handle)

@@ -25,7 +25,7 @@ from quavsweep.grid import Tile
 from quavsweep.measures import Variable
 from quavsweep.provenance import Identity
 from quavsweep.store.mould import fill_shard
-from quavsweep.store.publish import publish_hdf5
+from quavsweep.store.publish import publish_hdf5, sync_folder
 
 _NAME = re.compile(r"tile-(\d{7,})\.(\d+)(?:\.cells-([0-9a-f]{16}))?\.(\d+)\.([0-9a-f]{64})\.h5")
 _STAGE = re.compile(r"(\d{1,16})-(\d{1,16})")
@@ -180,6 +180,7 @@ def _parse(path: Path) -> Shard | None:
 
 
 def set_aside(shard: Shard) -> None:
-    """Rename a bad shard so that no scan finds it."""
+    """Rename a bad shard so that no scan finds it, not even after a loss of power."""
     with contextlib.suppress(OSError):
         shard.path.rename(shard.path.with_suffix(".bad"))
+        sync_folder(shard.path.parent)
