@@ -97,6 +97,7 @@ class Machine(RuleBasedStateMachine):
         self._all_is_well()
 
     def _all_is_well(self) -> None:
+        self.known -= self.touched - shard_files(self.run)
         self.touched, self.good = set(), None
 
     @invariant()
