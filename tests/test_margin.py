@@ -152,9 +152,9 @@ def test_a_stopped_margin_goes_on_to_the_same_bytes(tmp_path: Path) -> None:
     with pytest.raises(StoppedError):
         _hopf(tmp_path / "parts", observe=observe, stop=stop)
     fresh = []
-    again = _hopf(tmp_path / "parts", observe=lambda progress: fresh.append((id(progress), progress.cells_run)))
+    again = _hopf(tmp_path / "parts", observe=lambda progress: fresh.append((progress, progress.cells_run)))
     assert write_margin(again).read_bytes() == whole
-    assert max(cells for run, cells in fresh if run == fresh[0][0]) == 0  # the first run was not done twice
+    assert max(cells for run, cells in fresh if run is fresh[0][0]) == 0  # the first run was not done twice
     data = json.loads(whole)
     assert data["directions"][0]["sides"][1]["outer"]["what"] == "periodic"
     assert len(data["runs"]) == len(again.runs)
