@@ -199,6 +199,8 @@ from pathlib import Path
 import numpy as np
 from quavsweep.store.publish import give_way, publish_hdf5
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # what runs in the background may ignore it
+
 def write(file):
     os.kill(os.getpid(), signal.SIGINT)
     file.create_dataset("x", data=np.arange(100_000.0))  # calls functions of Python, where it would be raised
