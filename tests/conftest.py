@@ -33,7 +33,7 @@ measures: {lyapunov: {exponents: 3, block: 5}}
 """
 
 
-LONGEST = ("test_faults.py", "test_readme.py")  # files that are begun first where two are run at a time
+LONGEST = ("test_runs.py", "test_files.py", "test_readme.py")  # files that are begun first where two are run at a time
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
