@@ -76,10 +76,10 @@ class Conductor:
             while consolidate(self.folder, self.shards, self.failures, self.stopped, self.progress) is None:
                 self._complete()
         finally:
-            error, failed = self.progress.step_error, sorted(self.failures.traces)
+            error, failed = self.progress.step_error, sorted(self.failures.errors)
             self.journal.note(tiles=self.shards.tiles, tiles_done=len(self.shards.shards), tiles_failed=failed)
             self.journal.note(**({} if error is None else {"step_error": asdict(error)}))
-        if self.failures.traces:
+        if self.failures.errors:
             raise self._failed("the others are in the result")
 
     def stopped(self) -> bool:
@@ -88,7 +88,7 @@ class Conductor:
         return self.stop.is_set()
 
     def _failed(self, rest: str) -> TilesFailedError:
-        what = f"{len(self.failures.traces)} of {self.shards.tiles} tiles raised"
+        what = f"{len(self.failures.errors)} of {self.shards.tiles} tiles raised"
         return TilesFailedError(
             f"{what}, the first with {self.failures.first_error}",
             str(self.folder.path),
@@ -100,10 +100,10 @@ class Conductor:
 
         Where a shard turns out damaged from which a tile goes on, it is set aside and the tile done again.
         """
-        missing = [tile for tile in self.shards.missing() if tile.index not in self.failures.traces]
+        missing = [tile for tile in self.shards.missing() if tile.index not in self.failures.errors]
         tiles = self._tiles(missing)
         progress = self.progress
-        progress.stage, progress.failed = "integrating", len(self.failures.traces)
+        progress.stage, progress.failed = "integrating", len(self.failures.errors)
         progress.tiles_done = len(self.shards.shards)
         progress.cells_done = self.shards.cells_done
         self.watch()
@@ -135,7 +135,7 @@ class Conductor:
             tiles = spread(missing)
         else:
             every = map(shards.tile, range(shards.tiles))
-            tiles = spread(tile for tile in every if tile.index not in self.failures.traces)
+            tiles = spread(tile for tile in every if tile.index not in self.failures.errors)
         if self.order_seed is not None:
             random.Random(self.order_seed).shuffle(tiles)
         return tiles
@@ -161,9 +161,9 @@ class Conductor:
         if receipt.fatal:
             raise receipt.error or AssertionError
         if receipt.error is not None:
-            self.failures.add(tile, receipt.trace)
+            self.failures.add(tile, receipt.error_line, receipt.trace)
             progress.failed += 1
-            self.journal.tell("failed", tile=tile.index, error=receipt.trace.strip().splitlines()[-1])
+            self.journal.tell("failed", tile=tile.index, error=receipt.error_line)
             if self.fail_fast:
                 raise self._failed("the run ended with it")
             return
@@ -200,7 +200,7 @@ def consolidate(
         As `run_sweep`.
     """
     missing = shards.missing()
-    if any(tile.index not in failures.traces for tile in missing):
+    if any(tile.index not in failures.errors for tile in missing):
         return None
     if not missing and shards.sweep.config.effort is None:
         # One that is too large for a file from elsewhere, as it seems without the ledger, is made again.
@@ -212,7 +212,7 @@ def consolidate(
                 return None if shards.discard_damaged() else 0
     progress.stage = "writing the result"
     try:
-        waiting = write_outcome(folder.result, shards, failures.traces, stopped)
+        waiting = write_outcome(folder.result, shards, failures.errors, stopped)
         shards.discard_damaged(unread=True)  # the result does without them, but nothing damaged stays
         return waiting
     except DamageError:

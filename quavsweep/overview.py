@@ -34,6 +34,8 @@ class Overview:
         From a region's name to its number of cells, among the `looked_at` cells.
     result : str
         Path of the result; empty if there is none yet.
+    damaged : str
+        What is wrong with a result that is there and cannot be read; empty if nothing is.
     holder : str
         Who is running it; empty if nobody is.
     ignored : tuple of str
@@ -48,6 +50,7 @@ class Overview:
     regions: dict[str, int]
     looked_at: int
     result: str
+    damaged: str
     holder: str
     ignored: tuple[str, ...]
 
@@ -71,6 +74,7 @@ class Overview:
             "regions": self.regions,
             "regions_of_cells": self.looked_at,
             "result": self.result or None,
+            "damaged": self.damaged or None,
             "running": self.holder or None,
             "ignored": list(self.ignored),
         }
@@ -101,12 +105,16 @@ class Lookout:
         folder = self.folder
         sweep = load_sweep(folder.config)
         shards = self._shards(sweep)
-        finished, failed = False, 0
-        with contextlib.suppress(FileNotFoundError, DamageError):
+        finished, failed, damaged = False, 0, ""
+        try:
             stored = read_result(folder.result)
             failed = int(code_counts(stored, "status", STATUS)[Status.FAILED])
             count = code_counts(stored, "region", REGION)
             finished = True
+        except FileNotFoundError:
+            pass
+        except DamageError as error:
+            damaged = str(error)
         if not finished:
             count = self._count(shards)
             failed = self._failed(shards)
@@ -119,6 +127,7 @@ class Lookout:
             regions={code.name: int(n) for code, n in zip(REGION, count, strict=True) if n},
             looked_at=int(count.sum()),
             result=str(folder.result) if finished else "",
+            damaged=damaged,
             holder=folder.holder,
             ignored=self._ignored(shards),
         )
@@ -142,7 +151,7 @@ class Lookout:
         if shards is None:
             return 0
         failures = Failures.scan(self.folder, shards.identity, shards.tile_cells)
-        return sum(len(shards.tile(index)) for index in failures.traces)
+        return sum(len(shards.tile(index)) for index in failures.errors)
 
     def _ignored(self, shards: ShardSet | None) -> tuple[str, ...]:
         """Return what lies in the folder and is not of this run."""

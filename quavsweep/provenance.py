@@ -238,10 +238,19 @@ def identify(sweep: Sweep) -> Identity:
 
 
 def differing(old: dict[str, Any], new: dict[str, Any]) -> dict[str, tuple[Any, Any]]:
-    """Return both values of each dotted key whose value differs, None for one that is not there."""
+    """Return both values of each dotted key whose value differs, None for one that is not there, and orders of axes."""
     before, after = flatten(old), flatten(new)
     pairs = {key: (before.get(key), after.get(key)) for key in sorted({*before, *after})}
-    return {key: (one, other) for key, (one, other) in pairs.items() if one != other}
+    found = {key: (one, other) for key, (one, other) in pairs.items() if one != other}
+    axes = [list(data["axes"]) for data in (old, new) if isinstance(data.get("axes"), dict)]
+    if len(axes) == 2 and axes[0] != axes[1] and set(axes[0]) == set(axes[1]):
+        found["axes.order"] = ", ".join(axes[0]), ", ".join(axes[1])
+    return found
+
+
+def changes_evidence(sweep: Sweep, key: str) -> bool:
+    """Whether what is in shards depends on a dotted key of a sweep's config."""
+    return not (sweep.keeps_evidence and key.startswith((*_NO_EVIDENCE, "horizon")))
 
 
 def changed_keys(old: dict[str, Any], new: dict[str, Any]) -> list[str]:

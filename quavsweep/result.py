@@ -236,7 +236,9 @@ def _told(path: Path) -> dict[str, Any]:
     """Return what a result file does not hold of its config: name and figure, as the folder's config says, if any."""
     if path.name != "result.h5":
         return {"name": path.stem}
-    with contextlib.suppress(ConfigError, DamageError):
-        config = load_sweep(path.with_name("config.yaml")).config
-        return {"name": config.name, "plot": config.plot}
+    beside = RunFolder(path.parent).config
+    if beside.is_file():  # a pipe would be waited for
+        with contextlib.suppress(ConfigError, DamageError):
+            config = load_sweep(beside).config
+            return {"name": config.name, "plot": config.plot}
     return {"name": path.absolute().parent.name}

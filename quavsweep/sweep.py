@@ -84,7 +84,7 @@ def run_sweep(
     executor = executor or Threads(workers)
     stop = stop or threading.Event()
     folder = RunFolder(Path(out) if out is not None else sweep.folder)
-    with folder.lock(exclusive):
+    with folder.lock(exclusive), Journal(folder, machine()) as journal:
         plan = make_plan(sweep, lanes or default_lanes())
         identity = identify(sweep)
         check_folder(folder, sweep, identity, accept_toolchain, longer)
@@ -103,11 +103,8 @@ def run_sweep(
             if observe is not None:
                 observe(progress)
 
-        entry = {"evidence": evidence_parts(sweep), "toolchain": toolchain(), **machine()}
-        with Journal(folder, entry) as journal:
-            Conductor(
-                plan, folder, shards, failures, executor, journal, progress, watch, stop, fail_fast, order_seed
-            ).run()
+        journal.begin(evidence=evidence_parts(sweep), toolchain=toolchain())
+        Conductor(plan, folder, shards, failures, executor, journal, progress, watch, stop, fail_fast, order_seed).run()
     return folder.result
 
 
@@ -158,7 +155,7 @@ def extend_sweep(
     return run_sweep(sweep, folder.path, workers=workers, observe=observe, stop=stop, longer=True)
 
 
-def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
+def reclassify(path: Path | str, changes: Sequence[str] = (), stop: threading.Event | None = None) -> Path:
     """Label the cells of a run anew from its stored evidence, and return the path of the result.
 
     Parameters
@@ -167,6 +164,8 @@ def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
         Folder of a run whose tiles are all done.
     changes : sequence of str
         Thresholds that differ from the folder's config, as `classify.errors=4`.
+    stop : threading.Event, optional
+        Set it to stop; nothing is changed then.
 
     Raises
     ------
@@ -175,8 +174,9 @@ def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
     LockedError, DiskError
         As `run_sweep`.
     StoppedError
-        If tiles are missing; nothing is changed then.
+        If tiles are missing, or it was stopped; nothing is changed then.
     """
+    stop = stop or threading.Event()
     folder = RunFolder(Path(path))
     folder.must_exist()
     with folder.lock():
@@ -189,10 +189,10 @@ def reclassify(path: Path | str, changes: Sequence[str] = ()) -> Path:
         shards = ShardSet.scan(folder, sweep, folder.present_identity(identify(sweep)))
         shards.discard_damaged()
         failures = Failures.scan(folder, shards.identity, shards.tile_cells)
-        if missing := sum(tile.index not in failures.traces for tile in shards.missing()):
+        if missing := sum(tile.index not in failures.errors for tile in shards.missing()):
             what = f"{missing} of {shards.tiles} tiles are missing; nothing was changed"
             raise StoppedError(what, str(folder.path), "run the sweep to complete it")
-        waiting = consolidate(folder, shards, failures, lambda: False, Progress(0, 0))
+        waiting = consolidate(folder, shards, failures, stop.is_set, Progress(0, 0))
         if waiting is None:
             raise DamageError("shards were damaged while they were read", str(folder.path), "run the sweep again")
         folder.write_config(dump_config(sweep.canonical()))

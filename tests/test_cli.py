@@ -328,6 +328,42 @@ def test_output_that_nobody_reads(config: Path) -> None:
     assert (config.parent / "results" / "small" / "result.h5").exists(), done
 
 
+def test_a_table_that_nobody_reads_to_its_end(config: Path) -> None:
+    assert _run("run", config, "--set", "axes.c.num=200", "--no-plot", cwd=config.parent).returncode == 0
+    words = (
+        f"{' '.join(COMMAND)} export results/small --csv region lyapunov --out - | head -c 5; exit ${{PIPESTATUS[0]}}"
+    )
+    done = subprocess.run(["bash", "-c", words], cwd=config.parent, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "Omega", "")
+
+
+def test_numbers_that_are_none_and_a_damaged_result_are_told(config: Path) -> None:
+    assert _run("run", config, "--no-plot", cwd=config.parent).returncode == 0
+    for words in (("--horizon", "nan"), ("--horizon", "inf"), ("--variable", "lyapunov", "--limits=-inf,inf")):
+        done = _run("plot", "results/small", *words, cwd=config.parent)
+        assert done.returncode == 2, done.stderr
+    result = config.parent / "results/small/result.h5"
+    data = bytearray(result.read_bytes())
+    data[len(data) // 2] ^= 1
+    result.write_bytes(data)
+    told = _run("status", "results/small", cwd=config.parent).stdout
+    assert "run the sweep again to rebuild it" in " ".join(told.split())
+    assert json.loads(_run("status", "results/small", "--json", cwd=config.parent).stdout)["damaged"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_long_point_is_left_at_a_signal(config: Path, number: signal.Signals) -> None:
+    words = [*COMMAND, "point", str(config), "Omega1=240", "c=5", "--no-plot"]
+    config.write_text(YAW.replace("duration: 600", "duration: 6000000"))
+    with subprocess.Popen(words, cwd=config.parent, stderr=subprocess.PIPE, text=True) as child:
+        time.sleep(3)
+        began = time.monotonic()
+        child.send_signal(number)
+        _, stderr = child.communicate(timeout=20)
+    assert time.monotonic() - began < 3
+    assert (child.returncode, stderr) == (75, "quavsweep: the run was stopped; the same command begins anew\n")
+
+
 def test_environment_of_a_batch_job(config: Path) -> None:
     done = _run("run", config, cwd=config.parent, env={**os.environ, "LANG": "C", "COLUMNS": "20"})
     assert done.returncode == 0

@@ -214,6 +214,31 @@ def test_exact_exponents_have_no_standard_error() -> None:
     assert (move.largest, move.largest_in_errors, move.largest_exact) == (3.0, 1.5, 1e-12)
 
 
+def test_the_order_of_axes_is_told(tmp_path: Path) -> None:
+    small = YAW.replace("num: 9", "num: 2").replace("num: 5", "num: 2")
+    omega, c = (
+        f"  {name}: {{start: {low}, stop: {high}, num: 2}}\n" for name, low, high in (("Omega1", 50, 500), ("c", 3, 7))
+    )
+    assert omega + c in small
+    for name, text in (("a", small), ("b", small.replace(omega + c, c + omega))):
+        run_sweep(parse_sweep(text), tmp_path / name)
+    found = compare_results(tmp_path / "a", tmp_path / "b")
+    assert found.config == {"axes.order": ("Omega1, c", "c, Omega1")}
+    assert found.engine
+
+
+def test_another_engine_is_told_beside_other_thresholds(
+    runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("quavsweep.provenance.HASHED_MODULES", ())
+    run_sweep(parse_sweep(YAW + "classify: {errors: 9}\n"), tmp_path / "b")
+    found = compare_results(runs["yaw"], tmp_path / "b")
+    assert list(found.config) == ["classify.errors"]
+    assert not found.engine
+    assert "another engine or model" in _run("diff", runs["yaw"], tmp_path / "b", cwd=tmp_path).stdout
+    assert compare_results(runs["yaw"], runs["turned"]).engine  # as far as can be told
+
+
 def test_what_cannot_be_compared_is_told(runs: dict[str, Path], tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="axes of the first are Omega1, c, those of the second Omega1, ensemble"):
         compare_results(runs["yaw"], runs["starts"])

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import os
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,7 +16,7 @@ import quavsweep.work
 from quavsweep.cli import main
 from quavsweep.codes import Status
 from quavsweep.config import parse_sweep
-from quavsweep.errors import TilesFailedError
+from quavsweep.errors import StoppedError, TilesFailedError
 from quavsweep.grid import Tile
 from quavsweep.integrate import integrate_tile
 from quavsweep.measures import Evidence
@@ -57,7 +60,7 @@ def test_the_others_are_in_the_result_and_a_record_holds_the_traceback(tmp_path:
     assert _failed(tmp_path).tolist() == list(range(20, 30))
     [record] = tmp_path.glob("failed/*/*/tile-*.txt")
     text = record.read_text()
-    assert text.startswith("tile 2, cells 20 to 29\nTraceback")
+    assert text.startswith("tile 2, cells 20 to 29: ValueError: something odd\nTraceback")
     assert "integrate_tile" in text or "sometimes" in text
     assert Lookout.of(tmp_path).look().failed == 10
 
@@ -84,6 +87,49 @@ def test_fail_fast_ends_the_run_without_a_result(tmp_path: Path, odd: list[int])
         _run(tmp_path, fail_fast=True)
     assert not (tmp_path / "result.h5").exists()
     assert list(tmp_path.glob("failed/*/*/tile-*.txt"))
+
+
+def test_fail_fast_leaves_the_tiles_in_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    left: list[int] = []
+
+    def waiting(plan: Plan, tile: Tile, stopped: Callable[[], bool]) -> Evidence:
+        if tile.index == 2:
+            raise ValueError("something odd")
+        for _ in range(1000):
+            if stopped():
+                left.append(tile.index)
+                raise StoppedError("left")
+            time.sleep(0.01)
+        raise AssertionError("nobody said so")
+
+    monkeypatch.setattr(quavsweep.work, "integrate_tile", waiting)
+    with pytest.raises(TilesFailedError, match="ended with it"):
+        run_sweep(SWEEP, tmp_path, tile_cells=CELLS, workers=6, fail_fast=True)
+    assert len(left) == 5
+
+
+def test_an_error_of_several_lines_is_told_in_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(*_: object) -> None:
+        raise ValueError("something\nodd: \u00e4\n")
+
+    monkeypatch.setattr(quavsweep.work, "integrate_tile", failing)
+    for _ in range(2):  # then as the record tells it
+        with pytest.raises(TilesFailedError, match="the first with ValueError: something odd: \u00e4; "):
+            _run(tmp_path)
+    events = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
+    assert {e["error"] for e in events if e["event"] == "failed"} == {"ValueError: something odd: \u00e4"}
+
+
+def test_records_from_elsewhere_are_read_in_part_and_by_no_other_name(tmp_path: Path, odd: list[int]) -> None:
+    with pytest.raises(TilesFailedError):
+        _run(tmp_path)
+    [record] = tmp_path.glob("failed/*/*/tile-*.txt")
+    with record.open("r+b") as file:
+        file.truncate(2**33)
+    record.with_name("tile-0000003.10.txt").symlink_to("/etc/hostname")
+    os.mkfifo(record.with_name("tile-0000004.10.txt"))
+    (tmp_path / "result.h5").unlink()
+    assert Lookout.of(tmp_path).look().failed == 10
 
 
 def test_thresholds_can_change_where_tiles_raised(tmp_path: Path, odd: list[int]) -> None:

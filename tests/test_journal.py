@@ -11,9 +11,10 @@ from typing import Any
 import pytest
 
 from quavsweep.config import parse_sweep
-from quavsweep.errors import StoppedError
+from quavsweep.errors import LockedError, QuavsweepError, StoppedError
 from quavsweep.progress import Progress
 from quavsweep.sweep import run_sweep
+from quavsweep.will import execute
 from tests.conftest import LORENZ
 
 SWEEP = parse_sweep(LORENZ)
@@ -22,6 +23,10 @@ SWEEP = parse_sweep(LORENZ)
 def _starts(folder: Path) -> list[dict[str, Any]]:
     starts: list[dict[str, Any]] = json.loads((folder / "run.json").read_text())["starts"]
     return starts
+
+
+def _events(folder: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
 
 
 def _stop_after(tiles: int, folder: Path) -> None:
@@ -59,10 +64,56 @@ def test_a_run_that_was_killed_has_an_entry_without_an_end(tmp_path: Path, monke
     assert resumed["reason"] == "complete"
 
 
+@pytest.mark.parametrize("error", [StoppedError("the run was stopped"), LockedError("another run holds this folder")])
+def test_a_stop_before_it_begins_is_a_start_and_a_refusal_is_none(
+    error: QuavsweepError, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("quavsweep.sweep.make_plan", fail)
+    with pytest.raises(type(error)):
+        run_sweep(SWEEP, tmp_path)
+    if isinstance(error, LockedError):
+        assert not (tmp_path / "run.json").exists()
+    else:
+        assert [start["reason"] for start in _starts(tmp_path)] == ["stopped: the run was stopped"]
+        assert [event["event"] for event in _events(tmp_path)] == ["start", "end"]
+    monkeypatch.undo()
+    run_sweep(SWEEP, tmp_path)
+    assert _starts(tmp_path)[-1]["reason"] == "complete"
+
+
+def test_a_process_that_ends_at_once_leaves_the_reason(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def leave(*_: object) -> None:
+        execute(5.0)
+        raise SystemExit(75)
+
+    for number, place in enumerate(("quavsweep.sweep.make_plan", "quavsweep.conductor.consolidate"), 1):
+        monkeypatch.setattr(place, leave)
+        with pytest.raises(SystemExit):
+            run_sweep(SWEEP, tmp_path)
+        monkeypatch.undo()
+        starts = _starts(tmp_path)
+        assert [start["reason"] for start in starts] == ["stopped: the run was stopped"] * number
+        assert {"started", "ended", "command", "quavsweep"} <= set(starts[-1])
+    assert [event["event"] for event in _events(tmp_path) if event["event"] != "tile"] == ["start", "end"] * 2
+    execute(5.0)
+    assert len(_starts(tmp_path)) == 2
+
+
+def test_a_torn_line_swallows_no_other(tmp_path: Path) -> None:
+    (tmp_path / "log.jsonl").write_text('{"time": "x", "ev')
+    run_sweep(SWEEP, tmp_path)
+    torn, *lines = (tmp_path / "log.jsonl").read_text().splitlines()
+    assert torn == '{"time": "x", "ev'
+    assert [json.loads(line)["event"] for line in (lines[0], lines[-1])] == ["start", "end"]
+
+
 def test_the_log_has_a_line_per_event(tmp_path: Path) -> None:
     _stop_after(2, tmp_path)
     run_sweep(SWEEP, tmp_path)
-    events = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
+    events = _events(tmp_path)
     names = [event["event"] for event in events]
     assert names == ["start", "tile", "tile", "end", "start", *["tile"] * 4, "end"]
     tiles = [event for event in events if event["event"] == "tile"]

@@ -21,10 +21,11 @@ from quavsweep.provenance import identify
 from quavsweep.result import open_result
 from quavsweep.store import Part, RunFolder, ShardSet, check_result, read_result
 from quavsweep.store.outcome import write_outcome
-from quavsweep.store.publish import _SEAL, publish_bytes
+from quavsweep.store.publish import _SEAL
 from quavsweep.store.sealed_file import SealedFile
 from quavsweep.summary import summarise
 from quavsweep.sweep import run_sweep
+from quavsweep.whole import publish_bytes
 from tests.conftest import YAW
 
 

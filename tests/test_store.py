@@ -23,9 +23,10 @@ from quavsweep.plan import make_plan
 from quavsweep.provenance import Identity, identify
 from quavsweep.store import RunFolder, ShardSet, read_result, write_shard
 from quavsweep.store.evidence import read_shard
-from quavsweep.store.publish import PatientFile, publish_bytes, publish_hdf5
+from quavsweep.store.publish import PatientFile, publish_hdf5
 from quavsweep.store.shard import Shard, scan_shards, set_aside
 from quavsweep.sweep import run_sweep
+from quavsweep.whole import publish_bytes
 from tests.conftest import YAW
 
 TILE = Tile(1, 32, 45)

@@ -30,6 +30,13 @@ class _InOrder(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)
 
+    def invoke(self, ctx: click.Context) -> None:
+        """Run a command; that nobody reads what it prints is no error."""
+        try:
+            super().invoke(ctx)
+        except BrokenPipeError:
+            deafen()
+
 
 @click.group(cls=_InOrder, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="quavsweep")
@@ -49,7 +56,7 @@ def cli(context: click.Context, traceback: bool) -> None:
     \b
     Exit codes: 0 complete, 1 a bug, 2 wrong command or config, 3 tiles failed,
     4 folder of another sweep, 5 folder in use, 6 damaged files, 74 disk,
-    75 stopped and can be continued, 130 second Ctrl-C.
+    75 stopped: the same command goes on, 130 interrupted at once.
 
     \b
     Completion for bash (zsh, fish alike), in ~/.bashrc:
@@ -75,9 +82,6 @@ def _main() -> int:
     arguments = [argument for argument in sys.argv[1:] if argument != "--traceback"]
     try:
         cli.main(args=arguments, prog_name="quavsweep", standalone_mode=False)
-    except BrokenPipeError:
-        deafen()
-        return 0
     except (Exception, KeyboardInterrupt) as error:
         if show:
             warn(traceback.format_exc().rstrip())

@@ -13,7 +13,7 @@ import click
 from quavsweep.cli.describe import described
 from quavsweep.cli.option import PATH
 from quavsweep.cli.text import count, say, table
-from quavsweep.errors import DiskError
+from quavsweep.whole import text_file
 
 if TYPE_CHECKING:
     from quavsweep.difference import Common, Difference, Move, Moved
@@ -68,11 +68,8 @@ def _write(common: Common, path: Path) -> None:
     if str(path) == "-":
         write_changes(common, sys.stdout)
         return
-    try:
-        with path.open("w", newline="") as stream:
-            write_changes(common, stream)
-    except OSError as error:
-        raise DiskError(f"cannot be written: {error.strerror}", str(path)) from error
+    with text_file(path) as stream:
+        write_changes(common, stream)
 
 
 def _lines(common: Common, found: Difference, paths: tuple[Path, Path]) -> Iterator[str]:
@@ -151,7 +148,7 @@ def _others(found: Difference) -> Iterator[tuple[str, str]]:
     for name, only in zip("AB", found.alone, strict=True):
         if only:
             yield f"only {name}", ", ".join(only)
-    if not found.evidence and not found.config:
+    if not found.engine:
         yield "made by", "another engine or model"
     if not found.toolchain:
         yield "made with", "other compilers or libraries, or on another kind of processor"

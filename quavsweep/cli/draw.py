@@ -9,6 +9,7 @@ import click
 
 from quavsweep.cli.describe import numbers
 from quavsweep.cli.option import PATH, KeyValue, Limits, model_option
+from quavsweep.cli.stop import stop_on_signals
 from quavsweep.cli.text import say, table, warn
 from quavsweep.errors import DamageError
 
@@ -93,6 +94,7 @@ def point(
     Every axis needs a value; parameters and initial states may be given too. Values between those of the grid are
     used as they are. The figure shows orbit, time series, exponents converging, and the spectrum of the first state.
     """
+    stop_on_signals(None, "begins anew")
     from quavsweep.config import load_sweep
     from quavsweep.point import compute_point
     from quavsweep.store import RunFolder

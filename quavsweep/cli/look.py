@@ -13,11 +13,11 @@ import click
 from quavsweep.cli.describe import described
 from quavsweep.cli.option import PATH
 from quavsweep.cli.text import say, table, warn
-from quavsweep.errors import DamageError, DiskError, StoppedError
+from quavsweep.errors import ConfigError, DamageError, StoppedError
+from quavsweep.whole import is_special, text_file
 
 if TYPE_CHECKING:
     from quavsweep.overview import Lookout, Overview
-    from quavsweep.result import Result
 
 WATCH_SECONDS = 2.0
 
@@ -68,7 +68,7 @@ def _shown(overview: Overview, as_json: bool) -> str:
     if overview.failed:
         rows.append(("failed", f"{overview.failed:,} cells, in tiles that raised; failed/ says why"))
     rows.append(("run", overview.holder or ("complete" if overview.complete else "nobody is running it")))
-    rows.append(("result", overview.result or "not written yet"))
+    rows.append(("result", overview.result or overview.damaged or "not written yet"))
     return table(rows)
 
 
@@ -149,22 +149,15 @@ def export(source: Path, variables: tuple[str, ...], kind: str | None, out: Path
     result = open_result(source)
     folder = source if source.is_dir() else source.parent
     path = out or folder / f"{variables[0]}.{kind}"
+    if kind == "nc" and (is_special(path) or path.is_dir()):
+        raise ConfigError("is not a file", str(path), "choose another --out")
     with doubted(source, result.stored.foreign):
         if str(path) == "-":
             write_csv(result, variables, sys.stdout)
             return
         if kind == "nc":
-            write_netcdf(result, variables, path)
+            write_netcdf(result, variables, path.resolve())  # what a link leads to, not the link
         else:
-            _write_table(result, variables, path)
+            with text_file(path) as stream:
+                write_csv(result, variables, stream)
     say(path)
-
-
-def _write_table(result: Result, variables: tuple[str, ...], path: Path) -> None:
-    from quavsweep.export import write_csv
-
-    try:
-        with path.open("w", newline="") as stream:
-            write_csv(result, variables, stream)
-    except OSError as error:
-        raise DiskError(f"cannot be written: {error.strerror}", str(path)) from error

@@ -195,10 +195,11 @@ def classify(folder: Path, changes: tuple[str, ...], no_plot: bool) -> None:
 
     Nothing is integrated. Thresholds are those of DIR/config.yaml, changed by --set; they are kept there.
     """
+    stop = stop_on_signals(None, "begins anew")
     from quavsweep.sweep import reclassify
 
     begin = time.monotonic()
-    path = reclassify(folder, changes)
+    path = reclassify(folder, changes, stop)
     _finish(path.parent, "", time.monotonic() - begin, 0, not no_plot)
 
 

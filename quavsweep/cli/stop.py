@@ -13,14 +13,16 @@ from typing import NoReturn
 
 from quavsweep.cli.text import EXIT_SECOND_INTERRUPT, warn
 from quavsweep.errors import STOPPED, StoppedError
+from quavsweep.will import execute
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1)
 GRACE = 1.0  # s, in which a run ends by itself; a kernel that is compiled, a large tile and a dead cluster take longer
+LAST_WORDS = 0.3  # s, in which the record of a run may be written that did not end in time
 _TIME_OVER = 0  # told in place of a signal's number
 _SHOW_CURSOR = "\x1b[?25h"
 
 
-def stop_on_signals(max_time: float | None) -> threading.Event:
+def stop_on_signals(max_time: float | None, again: str = "continues it") -> threading.Event:
     """Return an event that a signal or the end of the time sets; a second Ctrl-C ends it all.
 
     What has not ended by itself `GRACE` later is ended: nothing is lost by that but the tiles in flight.
@@ -29,6 +31,8 @@ def stop_on_signals(max_time: float | None) -> threading.Event:
     ----------
     max_time : float or None
         Time until then [s].
+    again : str
+        What the same command does afterwards.
     """
     stop = threading.Event()
     hears, tells = os.pipe()
@@ -40,7 +44,9 @@ def stop_on_signals(max_time: float | None) -> threading.Event:
             signal.signal(number, _leave_to_listener)
     atexit.register(_ignore_signals)
     # A thread of its own hears of signals while the main thread is in a compiler or a library.
-    threading.Thread(target=_listen, args=(hears, stop), name="quavsweep-stop", daemon=True).start()
+    threading.Thread(
+        target=_listen, args=(hears, stop, partial(_end, again)), name="quavsweep-stop", daemon=True
+    ).start()
     if max_time is not None:
         _later(max_time, partial(os.write, tells, bytes([_TIME_OVER])))
     return stop
@@ -63,14 +69,14 @@ def _ignore_signals() -> None:
         signal.signal(number, signal.SIG_IGN)
 
 
-def _listen(hears: int, stop: threading.Event) -> None:
+def _listen(hears: int, stop: threading.Event, end: Callable[[], None]) -> None:
     """Set the event at the first signal, and see to it that the process ends."""
     while told := os.read(hears, 1):
         if told[0] not in (*SIGNALS, _TIME_OVER):
             continue
         if not stop.is_set():
             stop.set()
-            _later(GRACE, _end)
+            _later(GRACE, end)
         elif told[0] == signal.SIGINT:
             _exit(EXIT_SECOND_INTERRUPT)
 
@@ -81,9 +87,10 @@ def _later(seconds: float, function: Callable[[], object]) -> None:
     timer.start()
 
 
-def _end() -> None:
+def _end(again: str) -> None:
     """End a run that does not end by itself."""
-    warn(f"quavsweep: {StoppedError(STOPPED, possible='the same command continues it')}")
+    warn(f"quavsweep: {StoppedError(STOPPED, possible=f'the same command {again}')}")
+    execute(LAST_WORDS)
     _exit(StoppedError.exit_code)
 
 

@@ -167,13 +167,15 @@ class Sweep:
         clock = self.clock
         length = clock.segment_steps * clock.dt
         first, last, segments = clock.transient_segments + 1, clock.segments, horizon / length
+        ends = f"it may be {_digits(first * length)} to {_digits(last * length)} in steps of {_digits(length)}"
+        if not math.isfinite(segments):
+            raise ConfigError(f"a horizon of {horizon:g} is no time", possible=ends)
         whole = round(segments)
         if abs(segments - whole) <= READ and first <= whole <= last:
             return whole * clock.segment_steps
         low = min(max(math.floor(segments), first), last)
         near = sorted({low, min(max(math.ceil(segments), first), last)})
         what = f"nothing is stored at a horizon of {_digits(horizon)}{self.unit_of_time}"
-        ends = f"it may be {_digits(first * length)} to {_digits(last * length)} in steps of {_digits(length)}"
         raise ConfigError(what, possible=f"nearest {' and '.join(_digits(n * length) for n in near)}; {ends}")
 
     @property

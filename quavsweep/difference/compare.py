@@ -14,7 +14,7 @@ from quavsweep.difference.common import Box, Common, find_common
 from quavsweep.difference.identical import differing_variables, same_bytes, same_content, same_data
 from quavsweep.difference.move import FARTHEST, Move, Moved, Mover, changes
 from quavsweep.errors import ConfigError
-from quavsweep.provenance import differing
+from quavsweep.provenance import changes_evidence, differing
 from quavsweep.result import Result, open_result
 
 
@@ -59,6 +59,9 @@ class Difference:
         Variables that only one of them has.
     evidence, toolchain : bool
         Whether the evidence (config, equations, engine), and compilers and libraries, are the same.
+    engine : bool
+        Whether equations and engine are; where keys of the config differ that change evidence it cannot be told, and
+        they count as the same.
     """
 
     identical: str
@@ -75,6 +78,7 @@ class Difference:
     alone: tuple[tuple[str, ...], tuple[str, ...]]
     evidence: bool
     toolchain: bool
+    engine: bool
 
     @property
     def changed(self) -> int:
@@ -147,6 +151,8 @@ def compare(common: Common) -> Difference:
     known = went[1:, 1:]
     varying = differing_variables(common)
     ids = [result.stored.file_attributes for result in (a, b)]
+    same_evidence, config = ids[0]["evidence_id"] == ids[1]["evidence_id"], differing(_settings(a), _settings(b))
+    told = any(changes_evidence(result.sweep, key) for result in (a, b) for key in config)
     return Difference(
         identical="data" if same_data(common, varying) else "",
         cells=(a.sweep.grid.size, b.sweep.grid.size),
@@ -157,11 +163,12 @@ def compare(common: Common) -> Difference:
         moves=kept.moves,
         farthest=tuple(kept.farthest),
         status={code.name: (int(n), int(m)) for code, n, m in zip(STATUS, *status, strict=True) if n or m},
-        config=differing(_settings(a), _settings(b)),
+        config=config,
         variables=varying,
         alone=(_alone(a, b), _alone(b, a)),
-        evidence=ids[0]["evidence_id"] == ids[1]["evidence_id"],
+        evidence=same_evidence,
         toolchain=ids[0]["toolchain_id"] == ids[1]["toolchain_id"],
+        engine=same_evidence or told,
     )
 
 

@@ -18,15 +18,20 @@ class Sizes:
     """
 
     count: int = 0
-    largest: float = 0.0
+    _largest: float = 0.0
     _bins: np.ndarray = field(default_factory=lambda: np.zeros(2 ** (63 - _SHIFT), dtype=np.int64))
 
     def add(self, sizes: np.ndarray) -> None:
         """Take some numbers in, (n,) float64, none of them NaN."""
         self.count += len(sizes)
-        self.largest = max(self.largest, float(sizes.max(initial=0.0)))
+        self._largest = max(self._largest, float(sizes.max(initial=0.0)))
         bins, counts = np.unique((sizes + 0.0).view(np.uint64) >> np.uint64(_SHIFT), return_counts=True)
         self._bins[bins.astype(np.int64)] += counts
+
+    @property
+    def largest(self) -> float:
+        """The largest; NaN without any."""
+        return self._largest if self.count else np.nan
 
     @property
     def median(self) -> float:
@@ -37,7 +42,7 @@ class Sizes:
         if not middle:
             return 0.0
         centre = np.array([(middle << _SHIFT) + (1 << (_SHIFT - 1))], dtype=np.uint64).view(np.float64)[0]
-        return min(float(centre), self.largest) if np.isfinite(centre) else np.inf
+        return min(float(centre), self._largest) if np.isfinite(centre) else np.inf
 
 
 @dataclass(frozen=True)
@@ -119,8 +124,7 @@ class Mover:
 
     def told(self, exponent: int) -> Move:
         """Return what was gathered."""
-        sizes, errors = self.sizes, self.errors
-        largest = errors.largest if errors.count else np.nan
+        sizes, errors, exact = self.sizes, self.errors, self.exact
         return Move(
             exponent,
             sizes.count,
@@ -128,10 +132,10 @@ class Mover:
             sizes.largest,
             sizes.median,
             errors.count,
-            largest,
+            errors.largest,
             errors.median,
-            self.exact.count,
-            self.exact.largest,
+            exact.count,
+            exact.largest,
         )
 
 

@@ -35,6 +35,11 @@ class Receipt:
         """Whether the run cannot go on."""
         return isinstance(self.error, StoppedError | DiskError | IdentityError)
 
+    @property
+    def error_line(self) -> str:
+        """The error, with its type, in a line."""
+        return " ".join("".join(traceback.format_exception_only(self.error)).split())[:1000]
+
 
 class Executor(Protocol):
     """Runs the work of tiles somewhere."""

@@ -41,12 +41,15 @@ class Threads:
         abandoned = threading.Event()
         waiting = collections.deque(tiles)
 
+        def stopped() -> bool:
+            return stop.is_set() or abandoned.is_set()
+
         def worker() -> None:
             # One task per worker, not per tile: dask orders 20,000 tiles for half a minute before the first begins.
             with contextlib.suppress(IndexError):
                 while not abandoned.is_set():
                     tile = waiting.popleft()
-                    receipts.put(do(lambda tile=tile: task_of(tile)(stop.is_set), tile))  # type: ignore[misc]
+                    receipts.put(do(lambda tile=tile: task_of(tile)(stopped), tile))  # type: ignore[misc]
 
         def drive() -> None:
             try:

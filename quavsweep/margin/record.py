@@ -9,7 +9,7 @@ from typing import Any
 
 from quavsweep.margin.finding import Gain, Line, Margin, Probe, Side
 from quavsweep.margin.word import SIGNS, bound_words, unknown_words
-from quavsweep.store.publish import publish_bytes
+from quavsweep.whole import publish_bytes
 
 NAME = "margin.json"
 

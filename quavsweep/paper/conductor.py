@@ -22,7 +22,7 @@ from quavsweep.paper.thumbnail import CHANGES
 from quavsweep.plot import save_figure
 from quavsweep.plot.contact_sheet import make_contact_sheet
 from quavsweep.plot.style import style
-from quavsweep.store import publish_bytes
+from quavsweep.whole import publish_bytes
 
 MARK = "paper.json"  # by which a folder is known as one of the paper
 FATAL = (StoppedError, IdentityError, LockedError, DiskError)  # what no other item could do better

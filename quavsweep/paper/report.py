@@ -11,7 +11,7 @@ from typing import Any
 from quavsweep.paper.item import Table
 from quavsweep.paper.outcome import Outcome, heading
 from quavsweep.paper.row import ERRORS, Row, Verdict
-from quavsweep.store import publish_bytes
+from quavsweep.whole import publish_bytes
 
 HEAD = ("what", "where", "paper", "computed", "error", "verdict", "reason")
 FIELDS = {"item", "title", "figure", "source", "results", "error", "text", "rows", "tables"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +12,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from quavsweep.errors import ConfigError, DiskError
+from quavsweep.errors import ConfigError
 from quavsweep.memory import release_memory
 from quavsweep.plot.catalogue import Catalogue
 from quavsweep.plot.cell import make_cell_figure
@@ -24,6 +25,7 @@ from quavsweep.plot.style import style
 from quavsweep.plot.survival import SURVIVAL, make_survival_figure
 from quavsweep.plot.thin import thinned
 from quavsweep.plot.title import LINE, fixed_title, seen_text
+from quavsweep.whole import binary_file
 
 if TYPE_CHECKING:
     from quavsweep.point import Point
@@ -59,13 +61,14 @@ def make_figure(
     Raises
     ------
     ConfigError
-        If there is no such variable or curve, the limits do not ascend, or the sweep has more than two axes.
+        If there is no such variable or curve, the limits are not finite or do not ascend, or the sweep has more
+        than two axes.
     """
     runs = list(results) if isinstance(results, Sequence) else [results]
     variables = (variables,) if isinstance(variables, str) else variables
     overlays = (overlays,) if isinstance(overlays, str) else overlays
-    if limits is not None and not limits[0] < limits[1]:
-        raise ConfigError(f"limits must ascend, {limits[0]:g} to {limits[1]:g} does not")
+    if limits is not None and not -math.inf < limits[0] < limits[1] < math.inf:
+        raise ConfigError(f"limits must be finite and ascend, {limits[0]:g} to {limits[1]:g} does not")
     with style():
         if len(runs) == 1 and _is_survival(runs[0], variables):
             return _told(make_survival_figure(runs[0], limits), runs[0])
@@ -178,13 +181,11 @@ def _validate_path(path: Path | str) -> Path:
 
 def save_figure(figure: Figure, path: Path) -> Path:
     """Write a figure into a file, the same bytes each time."""
-    date = FORMATS[path.suffix.lower()]
-    try:
-        with style():
-            _lay_out(figure)
-            figure.savefig(path, metadata={date: None} if date else {})
-    except OSError as error:
-        raise DiskError(f"cannot be written: {error.strerror or error}", str(path)) from error
+    suffix = path.suffix.lower()
+    date = FORMATS[suffix]
+    with binary_file(path) as raw, style():
+        _lay_out(figure)
+        figure.savefig(raw, format=suffix[1:], metadata={date: None} if date else {})
     return path
 
 

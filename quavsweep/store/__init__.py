@@ -9,7 +9,7 @@ from quavsweep.store.failure import Failures
 from quavsweep.store.folder import RunFolder
 from quavsweep.store.journal import Journal
 from quavsweep.store.netcdf import block_cells, write_copy
-from quavsweep.store.publish import looks_published, publish_bytes
+from quavsweep.store.publish import looks_published
 from quavsweep.store.sealed_file import check_result, read_result
 from quavsweep.store.shard import Shard, write_shard
 from quavsweep.store.shard_set import ShardSet
@@ -32,7 +32,6 @@ __all__ = [
     "code_blocks",
     "code_counts",
     "looks_published",
-    "publish_bytes",
     "read_result",
     "strangers",
     "thin",

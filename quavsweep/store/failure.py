@@ -10,8 +10,9 @@ from pathlib import Path
 from quavsweep.grid import Tile
 from quavsweep.provenance import Identity
 from quavsweep.store.folder import RunFolder
-from quavsweep.store.publish import publish_bytes
+from quavsweep.whole import plain_file, publish_bytes
 
+LONGEST = 4096  # bytes that are read of a record
 _NAME = re.compile(r"tile-(\d{7,})\.(\d+)\.txt")
 
 
@@ -25,13 +26,13 @@ class Failures:
         Where their records lie.
     tile_cells : int
         Cells per tile.
-    traces : dict
-        What each record says, by number of the tile; its last line is the error.
+    errors : dict
+        The error of each, in a line, by number of the tile.
     """
 
     folder: Path
     tile_cells: int
-    traces: dict[int, str] = field(default_factory=dict)
+    errors: dict[int, str] = field(default_factory=dict)
 
     @classmethod
     def scan(cls, run: RunFolder, identity: Identity, tile_cells: int) -> Failures:
@@ -40,34 +41,34 @@ class Failures:
         for path in sorted(failures.folder.glob("tile-*.txt")):
             match = _NAME.fullmatch(path.name)
             if match and int(match[2]) == tile_cells:
-                with contextlib.suppress(OSError):
-                    failures.traces[int(match[1])] = path.read_text(errors="replace")
+                with contextlib.suppress(OSError), plain_file(path) as file:
+                    first = file.read(LONGEST).decode(errors="replace").partition("\n")[0]
+                    failures.errors[int(match[1])] = first.partition(": ")[2]
         return failures
 
     def _path(self, index: int) -> Path:
         return self.folder / f"tile-{index:07d}.{self.tile_cells}.txt"
 
-    def add(self, tile: Tile, trace: str) -> None:
-        """Record a tile that raised.
+    def add(self, tile: Tile, error: str, trace: str) -> None:
+        """Record a tile that raised, with its error in a line and the traceback.
 
         Raises
         ------
         DiskError
             If it cannot be written.
         """
-        text = f"tile {tile.index}, cells {tile.start} to {tile.stop - 1}\n{trace}"
+        text = f"tile {tile.index}, cells {tile.start} to {tile.stop - 1}: {error}\n{trace}"
         publish_bytes(self._path(tile.index), text.encode(errors="replace"))
-        self.traces[tile.index] = text
+        self.errors[tile.index] = error
 
     def forget(self) -> None:
         """Remove all records, so that these tiles are tried again."""
-        for index in self.traces:
+        for index in self.errors:
             with contextlib.suppress(OSError):
                 self._path(index).unlink()
-        self.traces = {}
+        self.errors = {}
 
     @property
     def first_error(self) -> str:
-        """The error of the first of them, in a line; empty if there is none."""
-        lines = self.traces[min(self.traces)].strip().splitlines() if self.traces else []
-        return lines[-1] if lines else ""
+        """The error of the first of them; empty if there is none."""
+        return self.errors[min(self.errors)] if self.errors else ""

@@ -22,7 +22,8 @@ from quavsweep.models import NAMES, Model
 from quavsweep.models.user import source_text
 from quavsweep.provenance import Identity
 from quavsweep.store.ledger import is_known, remember
-from quavsweep.store.publish import TEMPORARY, make_folder, publish_bytes, seal_digest, writer_lives
+from quavsweep.store.publish import seal_digest
+from quavsweep.whole import TEMPORARY, make_folder, plain_file, publish_bytes, writer_lives
 
 LARGEST_RECORD = 2**24  # bytes
 LOCK_SECONDS = 0.3  # a reader that asks who runs holds the lock for an instant
@@ -113,7 +114,7 @@ class RunFolder:
     def holder(self) -> str:
         """Who is writing into the folder, as the lock file tells it; empty if nobody is."""
         with contextlib.suppress(OSError):
-            handle = os.open(self.path / "lock", os.O_RDONLY | os.O_CLOEXEC)
+            handle = os.open(self.path / "lock", os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
             try:
                 fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
             except OSError:
@@ -200,7 +201,7 @@ class RunFolder:
     def read_starts(self) -> list[dict[str, Any]]:
         """Return the records of all starts, the last one last; empty if there are none that can be read."""
         with contextlib.suppress(OSError, ValueError, RecursionError, AttributeError):
-            with self.record.open("rb") as file:
+            with plain_file(self.record) as file:
                 starts = json.loads(file.read(LARGEST_RECORD)).get("starts")
             return [start for start in starts if isinstance(start, dict)] if isinstance(starts, list) else []
         return []

@@ -31,10 +31,10 @@ from quavsweep.reduction import (
 )
 from quavsweep.store.netcdf import Coordinate, Reduction, block_cells, write_result
 from quavsweep.store.passes import blocks
-from quavsweep.store.publish import TEMPORARY
 from quavsweep.store.sealed_file import read_result
 from quavsweep.store.shard_set import Block, ShardSet
 from quavsweep.store.stored import Stored
+from quavsweep.whole import TEMPORARY
 
 DESCRIPTION = "model_description"  # attribute of the file, where the model is not of the catalogue
 HORIZON = "horizon"  # attribute of the file, the time up to which it tells, where a run went on

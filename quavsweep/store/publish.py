@@ -1,4 +1,4 @@
-"""Publishing a file: whole and synced under its name, or not at all."""
+"""Publishing an HDF5 file: whole and synced under its name, or not at all; and its seal."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import hashlib
 import io
 import os
 import signal
-import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -15,12 +14,11 @@ from typing import IO, Any
 
 import h5py
 
-from quavsweep.errors import DiskError
 from quavsweep.store.ledger import remember
+from quavsweep.whole import new_file, publish_bytes, reveal
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _SEAL = b"quavsweep sha256 %s\n"  # appended to a file that is not named by its digest
-TEMPORARY = ".quavsweep-"  # prefix of files in the making; what a killed process leaves behind
 
 
 class PatientFile:
@@ -131,7 +129,7 @@ def publish_hdf5(name: Callable[[str, int], Path], write: Callable[[h5py.File], 
             write(file)
         with memory.getbuffer() as data:
             return publish_bytes(name(hashlib.sha256(data).hexdigest(), len(data)), data)
-    with _new_file(folder) as (raw, temporary):
+    with new_file(folder) as (raw, temporary):
         patient = PatientFile(raw)
         with _holding_interrupts(), h5py.File(patient, "w", libver=("v110", "v110")) as file:
             write(file)
@@ -145,7 +143,7 @@ def publish_hdf5(name: Callable[[str, int], Path], write: Callable[[h5py.File], 
         raw.flush()
         path = name(sha256, raw.tell())
         remember(sha256)
-        _reveal(raw, temporary, path)
+        reveal(raw, temporary, path)
     return path
 
 
@@ -191,81 +189,3 @@ def is_sealed(file: IO[bytes]) -> bool:
         digest.update(data)
         left -= len(data)
     return file.read(len(_SEAL % bytes(64)) + 1) == _SEAL % digest.hexdigest().encode()
-
-
-def publish_bytes(path: Path, data: bytes | memoryview) -> Path:
-    """Write a small file whole or not at all.
-
-    Raises
-    ------
-    DiskError
-        If the disk is full, read-only or refuses; nothing is visible then.
-    """
-    with _new_file(path.parent) as (raw, temporary):
-        raw.write(data)
-        raw.flush()
-        _reveal(raw, temporary, path)
-    return path
-
-
-@contextlib.contextmanager
-def _new_file(folder: Path) -> Any:
-    """Open a temporary file in a folder; remove it if it was not revealed, and tell a disk's refusal as such."""
-    temporary: Path | None = None
-    try:
-        make_folder(folder)
-        handle, text = tempfile.mkstemp(prefix=f"{TEMPORARY}{os.getpid()}-", dir=folder)
-        temporary = Path(text)
-        with os.fdopen(handle, "w+b") as raw:
-            yield raw, temporary
-    except OSError as error:
-        raise DiskError(f"cannot be written: {error.strerror or error}", str(folder)) from error
-    finally:
-        if temporary is not None:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
-
-
-def writer_lives(temporary: Path) -> bool:
-    """Whether the process that is writing a temporary file is another one that lives on this machine."""
-    number = temporary.name.removeprefix(TEMPORARY).partition("-")[0]
-    return number.isdecimal() and int(number) != os.getpid() and Path(f"/proc/{number}").exists()
-
-
-def _reveal(raw: IO[bytes], temporary: Path, path: Path) -> None:
-    """Sync a complete file, give it its name, and sync the folder so that the name survives a loss of power."""
-    os.fchmod(raw.fileno(), 0o666 & ~_umask())
-    os.fsync(raw.fileno())
-    if path.is_dir():
-        path.rename(path.with_name(f"{path.name}.bad"))
-    os.replace(temporary, path)
-    sync_folder(path.parent)
-
-
-def make_folder(folder: Path) -> None:
-    """Make a folder and its parents, and sync what holds them, so that they survive a loss of power."""
-    if not folder.is_dir():
-        make_folder(folder.parent)
-        folder.mkdir(exist_ok=True)
-        with contextlib.suppress(PermissionError):  # a folder may be written to and not read
-            sync_folder(folder.parent)
-
-
-def sync_folder(folder: Path) -> None:
-    """Have the names in a folder survive a loss of power."""
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-def _umask() -> int:
-    """Return the process's umask from /proc, because asking the system for it would change it under other threads."""
-    try:
-        for line in Path("/proc/self/status").read_text().splitlines():
-            if line.startswith("Umask:"):
-                return int(line.split()[1], 8)
-    except (OSError, ValueError):
-        pass
-    return 0o022

@@ -23,6 +23,7 @@ from quavsweep.store.ledger import is_known
 from quavsweep.store.netcdf import DIGEST, attributes_of, content_digest, dims_of, read_values
 from quavsweep.store.publish import PatientFile, is_sealed, seal_digest
 from quavsweep.store.stored import Part, Stored, Variables
+from quavsweep.whole import is_special
 
 REBUILD = "run the sweep again to rebuild it"
 LARGEST = 2**31  # bytes of a file from elsewhere
@@ -46,6 +47,8 @@ class SealedFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._reading = threading.Lock()
+        if is_special(path):  # a pipe would be waited for
+            raise DamageError("is not a file", str(path), REBUILD)
         with self._told():
             self._raw = path.open("rb")
             weakref.finalize(self, _close, self._raw)

@@ -25,7 +25,8 @@ from quavsweep.grid import Tile
 from quavsweep.measures import Variable
 from quavsweep.provenance import Identity
 from quavsweep.store.mould import fill_shard
-from quavsweep.store.publish import publish_hdf5, sync_folder
+from quavsweep.store.publish import publish_hdf5
+from quavsweep.whole import sync_folder
 
 _NAME = re.compile(r"tile-(\d{7,})\.(\d+)(?:\.cells-([0-9a-f]{16}))?\.(\d+)\.([0-9a-f]{64})\.h5")
 _STAGE = re.compile(r"(\d{1,16})-(\d{1,16})")

@@ -7,8 +7,8 @@ from collections import Counter
 from pathlib import Path
 
 from quavsweep.store.folder import RunFolder
-from quavsweep.store.publish import TEMPORARY
 from quavsweep.store.shard import is_shard_name
+from quavsweep.whole import TEMPORARY
 
 
 def strangers(run: RunFolder, evidence_id: str, toolchain_id: str) -> list[str]:

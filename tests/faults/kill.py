@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from quavsweep.store.publish import TEMPORARY
+from quavsweep.whole import TEMPORARY
 from tests.faults.arena import Arena, kill
 from tests.faults.fault import Case, Fault
 from tests.faults.probe import Probe
