@@ -30,22 +30,30 @@ def batch_cluster(
         More of the command that starts a worker.
     """
     file = folder / "scheduler.json"
-    common = ["--scheduler-file", str(file), "--no-dashboard", "--host", "127.0.0.1"]
-    running = [_start("dask_scheduler", [*common, "--port", "0"], {})]
+    running = [_start("dask_scheduler", [*_common(file), "--port", "0"], {})]
     try:
         deadline = time.monotonic() + PATIENCE
         while not file.exists() and time.monotonic() < deadline:
             time.sleep(0.05)
         for number, variables in enumerate(workers):
-            own = ["--name", str(number), "--local-directory", str(folder / f"worker-{number}")]
-            worker = ["--nthreads", "1", "--memory-limit", "0", "--death-timeout", str(PATIENCE), *own, *words]
-            running.append(_start("dask_worker", [*common, *worker], variables))
+            running.append(start_worker(file, variables, ("--name", str(number), *words)))
         yield file, running
     finally:
         for process in running:
             with contextlib.suppress(OSError):
                 os.killpg(process.pid, signal.SIGKILL)
             process.wait()
+
+
+def start_worker(file: Path, variables: dict[str, str], words: Sequence[str]) -> subprocess.Popen[bytes]:
+    """Start a worker of the scheduler whose file that is, with variables of the environment."""
+    own = ["--local-directory", str(file.parent / f"worker-{time.time_ns()}")]
+    worker = ["--nthreads", "1", "--memory-limit", "0", "--death-timeout", str(PATIENCE), *own, *words]
+    return _start("dask_worker", [*_common(file), *worker], variables)
+
+
+def _common(file: Path) -> list[str]:
+    return ["--scheduler-file", str(file), "--no-dashboard", "--host", "127.0.0.1"]
 
 
 def _start(command: str, words: Sequence[str], variables: dict[str, str]) -> subprocess.Popen[bytes]:

@@ -5,16 +5,18 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
+import dask
 import pytest
 
 from quavsweep.config import Sweep, parse_sweep
-from quavsweep.errors import ConfigError, RefusedError, StoppedError
+from quavsweep.errors import ConfigError, LockedError, RefusedError, StoppedError
 from quavsweep.executor.cluster import Cluster
 from quavsweep.grid import Tile
 from quavsweep.plan import make_plan
@@ -22,7 +24,7 @@ from quavsweep.provenance import identify
 from quavsweep.store import RunFolder, ShardSet
 from quavsweep.sweep import run_sweep
 from quavsweep.work import Errand, Order, _plan
-from tests.batch_cluster import batch_cluster
+from tests.batch_cluster import batch_cluster, start_worker
 from tests.conftest import YAW
 from tests.faults.crew import children
 
@@ -98,7 +100,7 @@ def test_a_worker_of_another_toolchain_is_refused(sweep: Sweep, expected: bytes,
 def test_a_scheduler_that_dies_ends_the_run(
     sweep: Sweep, expected: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("quavsweep.executor.cluster.CONNECT_SECONDS", 5.0)
+    monkeypatch.setattr("quavsweep.executor.scheduler.CONNECT_SECONDS", 5.0)
     with batch_cluster(tmp_path, {}) as (file, running), Cluster(scheduler_file=file) as cluster:
         threading.Timer(1.5, running[0].kill).start()
         begin = time.monotonic()
@@ -174,23 +176,97 @@ def test_addresses_that_are_not_used(address: str, says: str) -> None:
         pass
 
 
+def _join(address: str = "", file: Path | None = None) -> None:
+    with Cluster(address, file) as cluster:
+        list(cluster.run(lambda tile: partial(_odd, tile), [Tile(0, 0, 1)], threading.Event()))
+
+
+def _server(greeting: bytes) -> socket.socket:
+    """Return a server that says something to whoever comes, and then nothing."""
+    server = socket.create_server(("127.0.0.1", 0))
+
+    def greet() -> None:
+        held = []
+        with contextlib.suppress(OSError):
+            while True:
+                held.append(server.accept()[0])
+                held[-1].sendall(greeting)
+
+    threading.Thread(target=greet, daemon=True).start()
+    return server
+
+
 def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("quavsweep.executor.cluster.CONNECT_SECONDS", 1.0)
-    with pytest.raises(StoppedError, match=r"tcp://127\.0\.0\.1:9: no scheduler answers"), Cluster("tcp://127.0.0.1:9"):
-        pass
+    monkeypatch.setattr("quavsweep.executor.scheduler.CONNECT_SECONDS", 1.0)
+    with pytest.raises(StoppedError, match=r"tcp://127\.0\.0\.1:9: no scheduler answers"):
+        _join("tcp://127.0.0.1:9")
+
+
+def test_one_that_takes_the_call_and_says_nothing_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("quavsweep.executor.scheduler.CONNECT_SECONDS", 1.0)
+    with _server(b"") as server, pytest.raises(StoppedError, match="no scheduler answers"):
+        _join(f"tcp://127.0.0.1:{server.getsockname()[1]}")
+
+
+def test_what_is_no_scheduler_is_a_mistake() -> None:
+    junk = b"HTTP/1.1 400 Bad Request\r\n" + bytes(1000)
+    with _server(junk) as server, pytest.raises(ConfigError, match="no scheduler of dask"):
+        _join(f"tcp://127.0.0.1:{server.getsockname()[1]}")
+
+
+def test_a_stop_is_heard_while_a_scheduler_is_waited_for(tmp_path: Path) -> None:
+    stop = threading.Event()
+    threading.Timer(0.3, stop.set).start()
+    with Cluster(scheduler_file=tmp_path / "none") as cluster, pytest.raises(StoppedError, match="the run was stopped"):
+        list(cluster.run(lambda tile: partial(_odd, tile), [Tile(0, 0, 1)], stop))
+
+
+def test_nothing_is_joined_where_nothing_is_to_be_done(sweep: Sweep, expected: bytes, tmp_path: Path) -> None:
+    run_sweep(sweep, tmp_path)
+    with Cluster("tcp://127.0.0.1:9") as cluster:
+        assert run_sweep(sweep, tmp_path, executor=cluster).read_bytes() == expected
+        with RunFolder(tmp_path).lock(), pytest.raises(LockedError):
+            run_sweep(sweep, tmp_path, executor=cluster)
+
+
+def test_certificates_that_cannot_be_used_are_a_mistake(tmp_path: Path) -> None:
+    (tmp_path / "ca.pem").write_text("no certificate")
+    for file in (tmp_path / "none.pem", tmp_path / "ca.pem"):
+        names = {f"distributed.comm.tls.{key}": str(file) for key in ("ca-file", "client.cert", "client.key")}
+        with dask.config.set(names), pytest.raises(ConfigError, match=r"tls://127.*certificates cannot be used"):
+            _join("tls://127.0.0.1:9")
+
+
+def test_a_worker_that_comes_in_the_place_of_a_refused_one_is_greeted(
+    sweep: Sweep, expected: bytes, tmp_path: Path
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    words = ("--no-nanny", "--worker-port", str(port))
+    with batch_cluster(tmp_path, {"NUMBA_OPT": "2"}, words=words) as (file, running):
+
+        def mend() -> None:
+            time.sleep(3.0)  # in which it is refused
+            running[1].kill()
+            running[1].wait()
+            running.append(start_worker(file, {}, words))
+
+        threading.Thread(target=mend, daemon=True).start()
+        with Cluster(scheduler_file=file) as cluster:
+            assert run_sweep(sweep, tmp_path / "run", executor=cluster).read_bytes() == expected
 
 
 def test_the_file_of_a_scheduler_that_starts_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "scheduler.json"
     threading.Timer(0.3, file.write_text, ['{"address": "tcp://10.1.2.3:8786"}']).start()
-    with pytest.raises(ConfigError, match=r"10\.1\.2\.3:8786: .*encryption"), Cluster(scheduler_file=file):
-        pass
-    monkeypatch.setattr("quavsweep.executor.cluster.CONNECT_SECONDS", 0.3)
-    with pytest.raises(StoppedError, match="no scheduler has written"), Cluster(scheduler_file=tmp_path / "no"):
-        pass
+    with pytest.raises(ConfigError, match=r"10\.1\.2\.3:8786: .*encryption"):
+        _join(file=file)
+    monkeypatch.setattr("quavsweep.executor.scheduler.CONNECT_SECONDS", 0.3)
+    with pytest.raises(StoppedError, match="no scheduler has written"):
+        _join(file=tmp_path / "no")
     file.write_text("[]")
-    with pytest.raises(ConfigError, match="not the file of a scheduler"), Cluster(scheduler_file=file):
-        pass
+    with pytest.raises(ConfigError, match="not the file of a scheduler"):
+        _join(file=file)
 
 
 def _odd(tile: Tile, stopped: Callable[[], bool]) -> int:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import atexit
 import collections
 import contextlib
-import json
 import logging
 import math
 import os
@@ -19,23 +18,22 @@ import signal
 import threading
 import time
 import uuid
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import dask
 import distributed
 from distributed.deploy.spec import close_clusters
 
-from quavsweep.errors import STOPPED, ConfigError, IdentityError, RefusedError, StoppedError
+from quavsweep.errors import STOPPED, IdentityError, RefusedError, StoppedError
+from quavsweep.executor import scheduler
 from quavsweep.executor.receipt import Receipt, TaskOf
 from quavsweep.executor.remote import abandon, do_remotely, greet
+from quavsweep.executor.scheduler import check_address
 from quavsweep.grid import Tile
 
-LOCAL = ("127.0.0.1", "localhost", "::1")
-CONNECT_SECONDS = 25.0  # an unreachable scheduler is told within 30 s
 SILENT_SECONDS = 45.0  # without an answer of the scheduler
 WORKER_SECONDS = 600.0  # without any worker, where a batch system may start them
 WORKER_SECONDS_LOCAL = 45.0
@@ -46,7 +44,7 @@ STARTS = 10  # of processes on this machine, until it is given up
 AHEAD = 2  # tiles per thread that are submitted, so that none waits for the driver
 SETTINGS = {
     "distributed.scheduler.allowed-failures": 10,
-    "distributed.comm.timeouts.connect": f"{CONNECT_SECONDS:g}s",
+    "distributed.comm.timeouts.connect": f"{scheduler.CONNECT_SECONDS:g}s",
     "distributed.client.scheduler-info-interval": "1h",  # nobody reads it here, and it takes a connection of its own
     "distributed.admin.log-format": "%(message)s",
     "distributed.worker.profile.enabled": False,  # its samples fill 130 kB of a worker's memory per second
@@ -55,7 +53,7 @@ SETTINGS = {
 
 @dataclass
 class Cluster:
-    """A cluster of dask.distributed; use it as a context.
+    """A cluster of dask.distributed, joined or started when the first tiles are to be done; use it as a context.
 
     Parameters
     ----------
@@ -74,8 +72,6 @@ class Cluster:
     ------
     ConfigError
         If the address is none, or one of another machine without TLS, or there are no certificates for TLS.
-    StoppedError
-        If no scheduler answers.
     """
 
     address: str = ""
@@ -90,17 +86,19 @@ class Cluster:
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
         logging.getLogger("tornado").setLevel(logging.CRITICAL)
         dask.config.set(SETTINGS)
-        if self.processes:
-            self._local = self._started()
-            self._client = distributed.Client(self._local, timeout=CONNECT_SECONDS)
-            return self
-        where = self._secure_address()
-        options: dict[str, Any] = {"scheduler_file": where} if self.scheduler_file else {"address": where}
-        try:
-            self._client = distributed.Client(**options, timeout=CONNECT_SECONDS)
-        except (OSError, TimeoutError, ValueError) as error:
-            raise StoppedError(f"no scheduler answers ({error})", where, "start it and run the same command") from None
+        if self.address:
+            check_address(self.address, self.insecure)
         return self
+
+    def _joined(self, stop: threading.Event) -> distributed.Client:
+        """Return the client, of a cluster that is started, or joined, when it is first needed."""
+        if self._client is None:
+            if self.processes:
+                self._local = self._started()
+                self._client = distributed.Client(self._local, timeout=scheduler.CONNECT_SECONDS)
+            else:
+                self._client = scheduler.join(self.address, self.scheduler_file, self.insecure, stop)
+        return self._client
 
     def _started(self) -> distributed.LocalCluster:
         """Return a cluster of this machine; a process that dies while it starts is no reason not to have one."""
@@ -113,30 +111,13 @@ class Cluster:
                     processes=True,
                     host="127.0.0.1",
                     dashboard_address="127.0.0.1:0",
+                    scheduler_kwargs={"dashboard": False},  # or there is one where bokeh is installed
                     memory_limit=0,
                     silence_logs=logging.CRITICAL,
                 )
             except (RuntimeError, OSError, TimeoutError) as error:
                 why = error
         raise StoppedError(f"{self.processes} processes cannot be started ({why})", possible="run the same command")
-
-    def _secure_address(self) -> str:
-        """Return what names the scheduler, unless it is one of another machine without TLS."""
-        address = self.address if self.scheduler_file is None else _told_address(self.scheduler_file)
-        try:
-            parts = urlsplit(address)
-            good = parts.scheme in ("tcp", "tls") and parts.hostname and parts.port
-        except ValueError:
-            good = False
-        if not good:
-            raise ConfigError("is not the address of a scheduler", address, "tcp://HOST:PORT or tls://HOST:PORT")
-        if parts.scheme == "tcp" and parts.hostname not in LOCAL and not self.insecure:
-            what = "a scheduler on another machine is talked to without encryption, and what it sends is executed"
-            raise ConfigError(what, address, "tls://, or --insecure in a network that you trust")
-        if parts.scheme == "tls" and distributed.Security().get_connection_args("client").get("ssl_context") is None:
-            what = "cannot be talked to, because dask's config names no certificates"
-            raise ConfigError(what, address, "ca-file, client.cert and client.key below distributed.comm.tls")
-        return str(self.scheduler_file or address)
 
     def __exit__(self, *exception: object) -> None:
         pids = [nanny.pid for nanny in self._local.workers.values()] if self._local is not None else []
@@ -161,13 +142,16 @@ class Cluster:
 
         Raises
         ------
+        ConfigError
+            If what answers at the address is no scheduler.
         StoppedError
-            If `stop` is set, the scheduler is gone, or no worker comes.
+            If `stop` is set, no scheduler answers or it is gone, or no worker comes.
         IdentityError
             If all workers were refused because of their kernel or toolchain.
         """
-        client = self._client
-        assert client is not None
+        if not tiles:
+            return
+        client = self._joined(stop)
         waiting, running = collections.deque(tiles), dict[distributed.Future, _Sent]()
         ready: queue.Queue[distributed.Future] = queue.Queue()
         token, watch = uuid.uuid4().hex, _Watch(client, self._patience)
@@ -190,11 +174,11 @@ class Cluster:
                     continue
                 if future not in running:
                     continue
-                tile = running.pop(future).tile
-                receipt = watch.receipt(future, tile)
+                sent = running.pop(future)
+                receipt = watch.receipt(future, sent)
                 future.release()  # or the scheduler has it done again when the worker dies that did it
                 if receipt is None:
-                    waiting.appendleft(tile)
+                    waiting.appendleft(sent.tile)
                 else:
                     yield receipt
         finally:
@@ -208,30 +192,6 @@ class Cluster:
         if self.worker_timeout is not None:
             return self.worker_timeout
         return WORKER_SECONDS_LOCAL if self.processes else WORKER_SECONDS
-
-
-def _told_address(file: Path) -> str:
-    """Return the address in the file of a scheduler, which may be starting still and have written none.
-
-    Raises
-    ------
-    ConfigError
-        If it tells none.
-    StoppedError
-        If there is no file.
-    """
-    deadline = time.monotonic() + CONNECT_SECONDS
-    while True:
-        try:
-            return str(json.loads(file.read_text())["address"])
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            if time.monotonic() < deadline:
-                time.sleep(0.1)
-                continue
-            if isinstance(error, FileNotFoundError):
-                what = "no scheduler has written this file"
-                raise StoppedError(what, str(file), "start it and run the same command") from None
-            raise ConfigError(f"is not the file of a scheduler ({error})", str(file)) from None
 
 
 def _tell(client: distributed.Client, function: Callable[..., None], *arguments: Any) -> None:
@@ -274,12 +234,20 @@ class _Watch:
             with contextlib.suppress(Exception):
                 workers = dict(self._client.nthreads())
                 self._answered = now = time.monotonic()
+                self._forget(workers.keys())
                 for address in workers.keys() - self._greeted - self._refused.keys():
                     if now - self._asked.get(address, -math.inf) > GREETING_SECONDS:
                         self._asked[address] = now
                         self._client.loop.add_callback(self._greet, address)
                 self._workers = workers
             self._over.wait(0.5)
+
+    def _forget(self, present: Set[str]) -> None:
+        """Forget workers that are gone: another one may come at the same address, and a better one."""
+        for address in {*self._asked, *self._greeted, *self._refused} - present:
+            self._asked.pop(address, None)
+            self._greeted.discard(address)
+            self._refused.pop(address, None)
 
     async def _greet(self, address: str) -> None:
         """Find out whether a worker understands what it will be sent; one that is gone or frozen does not answer."""
@@ -318,22 +286,19 @@ class _Watch:
             raise StoppedError("the scheduler is gone", possible="start it again and run the same command")
         if not self._workers or self._workers.keys() - self._refused.keys():
             self._hopeful = now
-        elif now - self._hopeful > HOPE_SECONDS:
-            raise next(iter(self._refused.values()))
+        elif now - self._hopeful > HOPE_SECONDS and (refused := [*self._refused.values()]):
+            raise refused[0]
         if self.allowed:
             self._staffed = now
         elif now - self._staffed > self._patience:
             what = f"there was no worker for {self._patience:.0f} s"
             raise StoppedError(what, possible="start workers and run the same command")
 
-    def receipt(self, future: distributed.Future, tile: Tile) -> Receipt | None:
+    def receipt(self, future: distributed.Future, sent: _Sent) -> Receipt | None:
         """Return the receipt of a tile that is done; None if it was lost with its worker, or that was refused."""
         if future.status == "finished":
-            try:
-                receipt: Receipt = future.result(timeout=SILENT_SECONDS)
-            except Exception:
-                return None
-            if isinstance(receipt.error, RefusedError):
+            receipt = self._fetched(future, sent)
+            if receipt is not None and isinstance(receipt.error, RefusedError):
                 self._refused[receipt.worker] = receipt.error
                 return None
             return receipt
@@ -344,4 +309,17 @@ class _Watch:
                     f"the cluster cannot do tiles ({type(error).__name__}: {error})",
                     possible="install the same quavsweep for its scheduler and its workers",
                 ) from error
+        return None
+
+    def _fetched(self, future: distributed.Future, sent: _Sent) -> Receipt | None:
+        """Return what lies with the worker that did a tile; with the worker it may go at any moment."""
+        deadline = time.monotonic() + SILENT_SECONDS
+        while time.monotonic() < deadline and future.status == "finished" and not self.lost(sent.workers):
+            try:
+                receipt: Receipt = future.result(timeout=1.0)
+                return receipt
+            except TimeoutError:
+                continue
+            except Exception:
+                return None
         return None

@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 continue
             tallies.append(run(fault, Path(folder), cases, options.seed))
             print(told(tallies[-1]), flush=True)
-            add(options.json, tallies[-1:], options.seed)
+            add(options.json, tallies[-1:], options.seed, options.push)
     missed = [tally.fault.key for tally in tallies if not tally.holds]
     seconds = sum(tally.seconds for tally in tallies)
     print(f"{len(tallies) - len(missed)} of {len(tallies)} hold, {seconds:.0f} s" + f"; not: {missed}" * bool(missed))

@@ -22,6 +22,7 @@ def hold(fault: Fault, folder: Path) -> None:
     seed = time.time_ns() // 10**6
     tally = run(fault, folder, fault.push, seed)
     print(f"seed {seed}", told(tally), sep="\n")
+    assert tally.survived == tally.cases
     if tally.not_run:
         pytest.skip(tally.not_run)
     assert tally.holds

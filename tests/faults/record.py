@@ -31,8 +31,8 @@ def _row(key: str, title: str, cases: int, survived: int, silent: int) -> str:
     return f"{key:5} {title:58} {cases:>7,} {survived:>9,} {silent:>7,}"
 
 
-def add(file: Path, tallies: Sequence[Tally], seed: int) -> None:
-    """Add what was measured to a file of all that was measured before."""
+def add(file: Path, tallies: Sequence[Tally], seed: int, push: bool = False) -> None:
+    """Add what was measured to a file of all that was measured before; of a push, the table does not tell."""
     calls = read(file)
     calls.append(
         {
@@ -40,6 +40,7 @@ def add(file: Path, tallies: Sequence[Tally], seed: int) -> None:
             "commit": commit(),
             "machine": machine(),
             "seed": seed,
+            "push": push,
             "faults": {tally.fault.key: _plain(tally) for tally in tallies},
         }
     )
@@ -65,21 +66,27 @@ def _plain(tally: Tally) -> dict[str, Any]:
     }
 
 
+def _short(commit: dict[str, Any]) -> str:
+    return f"{str(commit['id'])[:7]}{'+' if commit['dirty'] else ''}"
+
+
 def table(calls: Sequence[dict[str, Any]]) -> str:
     """Return the table of what calls found.
 
-    Cases count since a fault last got through; what got through before, and was mended, has a column of its own.
+    Commits with a + had changes that were not committed. Cases count since a fault last got through; what got through before, and was mended, has a column of its own.
     """
     lines = ["| fault | cases | survived | silent | mended before | date | commits |", "|---|---|---|---|---|---|---|"]
     for fault in FAULTS:
-        found = [(call, told) for call in calls if (told := call["faults"].get(fault.key)) and told["cases"]]
+        asked = [call for call in calls if fault.key in call["faults"] and not call.get("push")]
+        found = [(call, told) for call in asked if (told := call["faults"][fault.key])["cases"]]
         bad = [number for number, (_, told) in enumerate(found) if told["survived"] < told["cases"] or told["whole"]]
         first = bad[-1] + 1 if bad and bad[-1] + 1 < len(found) else 0
         since = found[first:]
         sums = {key: sum(told[key] for _, told in since) for key in ("cases", "survived", "silent")}
         mended = sum(told["cases"] - told["survived"] for _, told in found[:first])
         when = max((call["date"][:10] for call, _ in since), default="not run")
-        commits = ", ".join(dict.fromkeys(str(call["commit"]["id"])[:7] for call, _ in since))
+        when += " (in part)" * any(told["not_run"] for _, told in since)
+        commits = ", ".join(dict.fromkeys(_short(call["commit"]) for call, _ in since))
         numbers = " | ".join(f"{n:,}" for n in (*sums.values(), mended))
         lines.append(f"| {fault.key} {fault.title} | {numbers} | {when} | {commits} |")
     return "\n".join(lines)

@@ -1,11 +1,13 @@
-"""F17: workers of a cluster are killed again and again. F18: all of them, or the scheduler. F19: one is frozen."""
+"""F17: workers of a cluster are killed again and again.
+
+F18: all of them are, or the scheduler, or that is frozen. F19: a worker is frozen.
+"""
 
 from __future__ import annotations
 
 import itertools
 import os
 import signal
-import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -13,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from quavsweep.executor import cluster
+from quavsweep.executor import cluster, scheduler
 from quavsweep.grid import Tile
 from tests.batch_cluster import batch_cluster
 from tests.faults.arena import HANG_SECONDS, Arena, sha256
@@ -36,11 +38,11 @@ from tests.faults.subject import Subject
 INTERVAL = 1.5, 3.5  # s between two kills
 LIMIT = 600.0  # s, in which a run is done that is under attack
 GONE_SECONDS = 60.0  # within which a run without a cluster has ended
-CONNECT_SECONDS_PUSH = 6.0  # instead of 25
+SECONDS_PUSH = 6.0  # until it is seen that nobody answers, instead of 20 and 45
 FROZEN_SECONDS = 60.0
 FROZEN_SECONDS_PUSH = 4.0
 SIDE_BY_SIDE = 3  # runs that mostly wait
-PUSH = 3
+MANY = 4  # cases: with more of them nothing is shortened
 
 
 def _lost(arena: Arena, cases: int) -> Iterator[Case]:
@@ -124,28 +126,31 @@ def _side_by_side(attack: Callable[[str], Case], kinds: Iterable[str]) -> Iterat
 
 def _gone(arena: Arena, cases: int) -> Iterator[Case]:
     arena.undisturbed(whole(SMALL))
-    kinds = itertools.islice(itertools.cycle(("workers", "scheduler", "all of it")), cases)
-    patience = cluster.CONNECT_SECONDS if cases > PUSH else CONNECT_SECONDS_PUSH
+    kinds = itertools.islice(itertools.cycle(("workers", "scheduler", "all of it", "scheduler frozen")), cases)
+    patience = (scheduler.CONNECT_SECONDS, cluster.SILENT_SECONDS) if cases > MANY else (SECONDS_PUSH, SECONDS_PUSH)
     return _side_by_side(partial(_without_cluster, arena, patience), kinds)
 
 
-def _impatient(seconds: float) -> None:
-    """Let a client without its scheduler give up so soon; to be called in a victim."""
+def _impatient(seconds: float, silent: float) -> None:
+    """Let a client whose scheduler is gone, or says nothing, give up so soon; to be called in a victim."""
     have_children()
-    cluster.CONNECT_SECONDS = seconds
+    scheduler.CONNECT_SECONDS = seconds
+    cluster.SILENT_SECONDS = silent
     cluster.SETTINGS["distributed.comm.timeouts.connect"] = f"{seconds:g}s"
 
 
-def _without_cluster(arena: Arena, patience: float, kind: str) -> Case:
-    """Return what becomes of a run whose workers are killed, whose scheduler is, or all of them."""
+def _without_cluster(arena: Arena, patience: tuple[float, float], kind: str) -> Case:
+    """Return what becomes of a run whose workers are killed, whose scheduler is, or all of them, or that is frozen."""
     with arena.place() as place, batch_cluster(place, {}, {}) as (file, running):
-        arguments = ("--scheduler-file", str(file), "--worker-timeout", f"{patience:g}s")
-        victim = arena.start(SMALL, place, arguments, prepare=partial(_impatient, patience))
+        arguments = ("--scheduler-file", str(file), "--worker-timeout", f"{patience[0]:g}s")
+        victim = arena.start(SMALL, place, arguments, prepare=partial(_impatient, *patience))
         wait_for_shard(victim)
         victim.process.join(arena.rng.uniform(0.0, 2.0))
         if victim.code is not None:
             return Case(False, f"ended with {victim.code} before: {victim.out[-300:]}", kinds=(kind,))
-        _kill_all({"workers": running[1:], "scheduler": running[:1]}.get(kind, running))
+        those = {"workers": running[1:], "scheduler": running[:1], "scheduler frozen": running[:1]}.get(kind, running)
+        for process in those:
+            process.send_signal(signal.SIGSTOP if "frozen" in kind else signal.SIGKILL)
         begin = time.monotonic()
         code = victim.wait()
         seconds = time.monotonic() - begin
@@ -156,14 +161,9 @@ def _without_cluster(arena: Arena, patience: float, kind: str) -> Case:
         return Case(not note, note, silent=note == "other bytes", kinds=(kind,))
 
 
-def _kill_all(processes: list[subprocess.Popen[bytes]]) -> None:
-    for process in processes:
-        process.kill()
-
-
 def _frozen(arena: Arena, cases: int) -> Iterator[Case]:
     arena.undisturbed(whole(SMALL))
-    seconds = FROZEN_SECONDS if cases > PUSH else FROZEN_SECONDS_PUSH
+    seconds = FROZEN_SECONDS if cases > MANY else FROZEN_SECONDS_PUSH
     return _side_by_side(partial(_with_frozen, arena, seconds), itertools.repeat("processes", cases))
 
 
@@ -189,6 +189,6 @@ def _with_frozen(arena: Arena, seconds: float, kind: str) -> Case:
 
 FAULTS = (
     Fault("F17", "one of three cluster workers killed, again and again", 10, 200, _lost),
-    Fault("F18", "all workers of a cluster killed, or its scheduler", PUSH, 20, _gone),
-    Fault("F19", "a worker of a cluster frozen for a minute", PUSH, 20, _frozen),
+    Fault("F18", "all workers of a cluster killed, its scheduler killed or frozen", 4, 20, _gone),
+    Fault("F19", "a worker of a cluster frozen for a minute", 3, 20, _frozen),
 )
