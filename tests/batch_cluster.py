@@ -16,7 +16,7 @@ PATIENCE = 30  # s, after which a worker gives up on a scheduler
 
 @contextlib.contextmanager
 def batch_cluster(
-    folder: Path, *workers: dict[str, str], words: Sequence[str] = ("--no-nanny",)
+    folder: Path, *workers: dict[str, str], words: Sequence[str] = ("--no-nanny",), protocol: str = "tcp"
 ) -> Iterator[tuple[Path, list[subprocess.Popen[bytes]]]]:
     """Give the scheduler's file and the processes: the scheduler, then the workers.
 
@@ -28,9 +28,11 @@ def batch_cluster(
         Variables of the environment of each worker.
     words : sequence of str
         More of the command that starts a worker.
+    protocol : str
+        The scheduler's, `tcp` or `tls`.
     """
     file = folder / "scheduler.json"
-    running = [_start("dask_scheduler", [*_common(file), "--port", "0"], {})]
+    running = [_start("dask_scheduler", [*_common(file), "--port", "0", "--protocol", protocol], {})]
     try:
         deadline = time.monotonic() + PATIENCE
         while not file.exists() and time.monotonic() < deadline:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import signal
 import socket
+import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -235,6 +237,28 @@ def test_certificates_that_cannot_be_used_are_a_mistake(tmp_path: Path) -> None:
         names = {f"distributed.comm.tls.{key}": str(file) for key in ("ca-file", "client.cert", "client.key")}
         with dask.config.set(names), pytest.raises(ConfigError, match=r"tls://127.*certificates cannot be used"):
             _join("tls://127.0.0.1:9")
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="needs openssl to make certificates")
+def test_tls_with_its_certificates_and_with_others(
+    sweep: Sweep, expected: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def settings(name: str) -> dict[str, str]:
+        key, certificate = tmp_path / f"{name}.key", tmp_path / f"{name}.pem"
+        words = f"openssl req -x509 -newkey rsa:2048 -nodes -keyout {key} -out {certificate} -days 2 -subj /CN={name}"
+        subprocess.run(words.split(), check=True, capture_output=True)
+        roles = {f"{role}.{kind}": file for role in ("scheduler", "worker", "client") for kind, file in
+                 (("key", key), ("cert", certificate))}  # fmt: skip
+        return {f"distributed.comm.tls.{name}": str(file) for name, file in {"ca-file": certificate, **roles}.items()}
+
+    own, other = settings("own"), settings("other")
+    for name, value in own.items():
+        monkeypatch.setenv(f"DASK_{name.replace('.', '__').replace('-', '_').upper()}", value)
+    with batch_cluster(tmp_path, {}, protocol="tls") as (file, _):
+        with dask.config.set(other), pytest.raises(ConfigError, match="certificate does not match"):
+            _join(file=file)
+        with dask.config.set(own), Cluster(scheduler_file=file) as cluster:
+            assert run_sweep(sweep, tmp_path / "run", executor=cluster).read_bytes() == expected
 
 
 def test_a_worker_that_comes_in_the_place_of_a_refused_one_is_greeted(

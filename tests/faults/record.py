@@ -73,7 +73,8 @@ def _short(commit: dict[str, Any]) -> str:
 def table(calls: Sequence[dict[str, Any]]) -> str:
     """Return the table of what calls found.
 
-    Commits with a + had changes that were not committed. Cases count since a fault last got through; what got through before, and was mended, has a column of its own.
+    Commits with a + had changes that were not committed. Cases count since a fault last got through; what got through
+    before, and was mended, has a column of its own.
     """
     lines = ["| fault | cases | survived | silent | mended before | date | commits |", "|---|---|---|---|---|---|---|"]
     for fault in FAULTS:
