@@ -77,7 +77,7 @@ class Journal:
                 self._log = path.open("a", encoding="utf-8")
                 if not _ends_line(path):
                     self._log.write("\n")
-        self.tell("start", command=self.entry["command"])
+        self.tell("start", time=self.entry["started"], command=self.entry["command"])
 
     def _end(self, error: BaseException | None) -> None:
         """Write how the run ended, once, in whatever thread that is known first."""
