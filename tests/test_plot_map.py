@@ -104,7 +104,7 @@ def test_limits_are_those_of_the_colours_and_white_is_still_zero(limits: tuple[f
     assert region.norm.vmin == -0.5
 
 
-@pytest.mark.parametrize("limits", [(1.0, 1.0), (2.0, 1.0), (float("nan"), 1.0)])
+@pytest.mark.parametrize("limits", [(1.0, 1.0), (2.0, 1.0), (float("nan"), 1.0), (0.0, float("inf"))])
 def test_limits_that_do_not_ascend_are_refused(limits: tuple[float, float]) -> None:
     with pytest.raises(ConfigError, match="limits must ascend"):
         make_figure(run(MAP), limits=limits)

@@ -86,7 +86,7 @@ class Cluster:
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
         logging.getLogger("tornado").setLevel(logging.CRITICAL)
         dask.config.set(SETTINGS)
-        if self.address:
+        if not self.processes and self.scheduler_file is None:
             check_address(self.address, self.insecure)
         return self
 

@@ -68,7 +68,7 @@ def make_figure(
     variables = (variables,) if isinstance(variables, str) else variables
     overlays = (overlays,) if isinstance(overlays, str) else overlays
     if limits is not None and not -math.inf < limits[0] < limits[1] < math.inf:
-        raise ConfigError(f"limits must be finite and ascend, {limits[0]:g} to {limits[1]:g} does not")
+        raise ConfigError(f"limits must ascend and be finite, {limits[0]:g} to {limits[1]:g} is not")
     with style():
         if len(runs) == 1 and _is_survival(runs[0], variables):
             return _told(make_survival_figure(runs[0], limits), runs[0])
