@@ -86,7 +86,7 @@ def _explained(error: Exception, address: str) -> ConfigError | StoppedError:
     """Return what it means that nobody could be talked to."""
     if isinstance(error, FatalCommClosedError):
         return ConfigError(f"it cannot be talked to ({error})", address, f"see {_TLS}")
-    if isinstance(error, OSError | TimeoutError):
+    if isinstance(error, OSError):  # a TimeoutError is one
         return StoppedError(f"no scheduler answers ({error})", address, "start it and run the same command")
     return ConfigError(f"what answers is no scheduler of dask ({type(error).__name__}: {error})", address)
 
